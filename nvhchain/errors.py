@@ -94,14 +94,14 @@ class AccuracyWarning(UserWarning):
 
     Attributes
     ----------
-    about : tuple of str
+    subjects : tuple of str
         Case and step that were under way (`concerning`).
     """
 
     def __init__(self, message: str = "", kind: str = "") -> None:
         super().__init__(message)
         self.kind = kind or _NUMBER.sub("", message)
-        self.about = _CONCERNED.get()
+        self.subjects = _CONCERNED.get()
 
 
 _CONCERNED: ContextVar[tuple[str, ...]] = ContextVar("concerned", default=())
@@ -148,14 +148,14 @@ def collected_warnings() -> Iterator[list[AccuracyWarning]]:
     A list of warnings around it receives them, too.
     """
     given: list[AccuracyWarning] = []
-    around = _COLLECTED.get()
+    outer = _COLLECTED.get()
     token = _COLLECTED.set(given)
     try:
         yield given
     finally:
         _COLLECTED.reset(token)
-        if around is not None:
-            around += given
+        if outer is not None:
+            outer += given
 
 
 def warn_caller(message: str, category: type[Warning] = AccuracyWarning, *, kind: str = "") -> None:
@@ -181,25 +181,25 @@ _DEEPEST = 10
 def checked_warnings(given: Any) -> list[Repeated]:
     """Return warnings from a file in their form; ValueError for what has another one."""
     try:
-        found = [(text, kind, tuple(about)) for text, kind, about in given]
+        found = [(text, kind, tuple(names)) for text, kind, names in given]
     except TypeError as error:
         raise ValueError(f"no warnings: {error}") from None
-    for text, kind, about in found:
-        if not all(isinstance(word, str) for word in (text, kind, *about)) or len(about) > _DEEPEST:
+    for text, kind, names in found:
+        if not all(isinstance(word, str) for word in (text, kind, *names)) or len(names) > _DEEPEST:
             raise ValueError("no warnings: a text, a kind and a few names are needed")
     return found
 
 
-def warn_again(text: str, kind: str, about: Sequence[str]) -> None:
+def warn_again(text: str, kind: str, names: Sequence[str]) -> None:
     """Issue an accuracy warning that was given before.
 
-    about: names of its subject below those that `concerning` has added here.
+    names: names of its subject below those that `concerning` has added here.
     """
-    if not about:
+    if not names:
         warn_caller(text, kind=kind)
         return
-    with concerning(about[0]):
-        warn_again(text, kind, about[1:])
+    with concerning(names[0]):
+        warn_again(text, kind, names[1:])
 
 
 def printable(text: str) -> str:

@@ -53,8 +53,8 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 def check_fields(owner: Any) -> None:
     """Raise InputError for a field of the dataclass `owner` that does not fit its annotation."""
-    of_type: Any = type(owner)
-    for name, hint in _hints(of_type).items():
+    owner_type: Any = type(owner)
+    for name, hint in _hints(owner_type).items():
         _check(type(owner).__name__, name, getattr(owner, name), hint)
 
 

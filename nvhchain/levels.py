@@ -226,7 +226,7 @@ def octave_bands(
     number = np.floor(np.log10(frequency / 1e3) * fraction / 0.3 - shift + 0.5 + 1e-9).astype(int)
     bands = np.arange(number.min(), number.max() + 1)
     level = np.array(
-        [overall(frequency[in_it], pressure[in_it], weighted=weighted) for band in bands for in_it in [number == band]]
+        [overall(frequency[lines], pressure[lines], weighted=weighted) for band in bands for lines in [number == band]]
     )
     return OctaveBands(fraction, 1e3 * 10.0 ** (0.3 * (bands + shift) / fraction), level)
 

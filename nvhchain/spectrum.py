@@ -284,9 +284,9 @@ def order_waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Wat
     for begin in begins:
         edges = np.interp([begin, begin + turns], turned[moving], time[moving])
         count = max(2 * kept, ceil(ANGLE_OVERSAMPLING * (edges[1] - edges[0]) * sample_rate))
-        at = np.interp(begin + turns * np.arange(count) / count, turned[moving], time[moving])
-        _, amplitude = amplitude_spectrum(np.asarray(curve(at)), count / turns, periodic=False)
-        fastest = float(np.interp(at, time, input_speed).max()) / (2.0 * np.pi)
+        instants = np.interp(begin + turns * np.arange(count) / count, turned[moving], time[moving])
+        _, amplitude = amplitude_spectrum(np.asarray(curve(instants)), count / turns, periodic=False)
+        fastest = float(np.interp(instants, time, input_speed).max()) / (2.0 * np.pi)
         amplitude = amplitude[:kept] * _broadcastable(np.exp(-2j * np.pi * axis * begin), amplitude.ndim)
         amplitude[axis * fastest > sample_rate / BAND_MARGIN] = 0.0
         spectra.append(amplitude)

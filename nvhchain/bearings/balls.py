@@ -19,17 +19,17 @@ INNER_OSCULATION, OUTER_OSCULATION = 0.52, 0.53
 
 def _grooves(bearing: DeepGroove | AngularContact) -> tuple[Groove, Groove]:
     """Return the contacts of a ball with inner and outer raceway."""
-    of = bearing.internal
-    gamma = of.diameter * cos(of.angle) / of.pitch_diameter
-    inner = bearing.inner_groove_radius or INNER_OSCULATION * of.diameter
-    outer = bearing.outer_groove_radius or OUTER_OSCULATION * of.diameter
+    internal = bearing.internal
+    gamma = internal.diameter * cos(internal.angle) / internal.pitch_diameter
+    inner = bearing.inner_groove_radius or INNER_OSCULATION * internal.diameter
+    outer = bearing.outer_groove_radius or OUTER_OSCULATION * internal.diameter
     for name, radius in (("inner", inner), ("outer", outer)):
         require(
-            0.501 * of.diameter <= radius <= of.diameter,
+            0.501 * internal.diameter <= radius <= internal.diameter,
             f"{bearing.title}: {name}_groove_radius = {1e3 * radius:.4g} mm is outside 0.501…1 times the ball diameter "
-            f"{1e3 * of.diameter:.4g} mm: correct it",
+            f"{1e3 * internal.diameter:.4g} mm: correct it",
         )
-    return Groove(of.diameter, inner, gamma), Groove(of.diameter, outer, -gamma)
+    return Groove(internal.diameter, inner, gamma), Groove(internal.diameter, outer, -gamma)
 
 
 def _derived(bearing: DeepGroove | AngularContact, clearance: float, kind: str) -> tuple[str, ...]:
@@ -74,8 +74,8 @@ class DeepGroove(RollingBearing):
     def rows(self) -> tuple[BallRow, ...]:
         """Rows of balls."""
         inner, outer = _grooves(self)
-        of = self.internal
-        distance = inner.groove_radius + outer.groove_radius - of.diameter
+        internal = self.internal
+        distance = inner.groove_radius + outer.groove_radius - internal.diameter
         require(
             abs(self.clearance) < distance,
             f"{self.title}: clearance = {1e6 * self.clearance:.4g} µm is beyond {1e6 * distance:.4g} µm, the distance "
@@ -83,7 +83,7 @@ class DeepGroove(RollingBearing):
         )
         return tuple(
             BallRow(
-                of.count, ball_stiffness(inner, outer), 0.5 * of.pitch_diameter, distance, 0.0,
+                internal.count, ball_stiffness(inner, outer), 0.5 * internal.pitch_diameter, distance, 0.0,
                 distance - 0.5 * self.clearance, z,
             )
             for z in self.places
@@ -138,13 +138,13 @@ class AngularContact(RollingBearing):
     def rows(self) -> tuple[BallRow, ...]:
         """Rows of balls."""
         inner, outer = _grooves(self)
-        of = self.internal
-        distance = inner.groove_radius + outer.groove_radius - of.diameter
+        internal = self.internal
+        distance = inner.groove_radius + outer.groove_radius - internal.diameter
         opened = self.axial_clearance / len(self.places)
         return tuple(
             BallRow(
-                of.count, ball_stiffness(inner, outer), 0.5 * of.pitch_diameter, distance,
-                way * (distance * sin(of.angle) - opened), distance * cos(of.angle), z,
+                internal.count, ball_stiffness(inner, outer), 0.5 * internal.pitch_diameter, distance,
+                way * (distance * sin(internal.angle) - opened), distance * cos(internal.angle), z,
             )
             for z, way in zip(self.places, self._directions(self.thrust), strict=True)
         )  # fmt: skip

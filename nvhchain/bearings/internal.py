@@ -127,10 +127,10 @@ def ball_geometry(given: Given) -> Internal:
     pitch = given.pitch(derived)
 
     def made(count: int, diameter: float) -> Internal:
-        of = (given.rows, count, diameter, pitch, given.angle)
+        geometry = (given.rows, count, diameter, pitch, given.angle)
         return Internal(
-            given.rows, count, diameter, 0.0, pitch, given.angle, ratings.ball_static_rating(*of),
-            ratings.ball_dynamic_rating(*of), tuple(derived),
+            given.rows, count, diameter, 0.0, pitch, given.angle, ratings.ball_static_rating(*geometry),
+            ratings.ball_dynamic_rating(*geometry), tuple(derived),
         )  # fmt: skip
 
     if given.count is not None and given.diameter is not None:
@@ -180,8 +180,8 @@ def roller_geometry(given: Given, *, share: float, fill: float, b_m: float) -> I
     pitch = given.pitch(derived)
 
     def made(count: int, diameter: float, length: float) -> Internal:
-        of = (given.rows, count, diameter, length, pitch, given.angle)
-        static, dynamic = ratings.roller_static_rating(*of), ratings.roller_dynamic_rating(*of, b_m=b_m)
+        geometry = (given.rows, count, diameter, length, pitch, given.angle)
+        static, dynamic = ratings.roller_static_rating(*geometry), ratings.roller_dynamic_rating(*geometry, b_m=b_m)
         return Internal(
             given.rows, count, diameter, length, pitch, given.angle, static, dynamic, tuple(derived)
         )  # fmt: skip
@@ -192,8 +192,8 @@ def roller_geometry(given: Given, *, share: float, fill: float, b_m: float) -> I
     choices = []
     for diameter in [given.diameter] if given.diameter is not None else section * np.linspace(0.35, 0.7, 71):
         count = given.count or max(3, int(fill * pi * pitch / diameter))
-        per_length = ratings.roller_static_rating(given.rows, count, diameter, 1.0, pitch, given.angle)
-        choices.append(made(count, float(diameter), given.length or static / per_length))
+        unit_rating = ratings.roller_static_rating(given.rows, count, diameter, 1.0, pitch, given.angle)
+        choices.append(made(count, float(diameter), given.length or static / unit_rating))
     best = _closest(given, section, share, choices)
     if given.count is None:
         derived.append(f"{best.count} rollers")

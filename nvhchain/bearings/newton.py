@@ -87,15 +87,15 @@ def _step(
 
     first : work of the unbalanced force per step at its beginning, < 0.
     """
-    low, at_low, high, at_high = 0.0, first, 0.0, 0.0
+    low, low_slope, high, high_slope = 0.0, first, 0.0, 0.0
     reach = 1.0
     for _ in range(40):
         force, stiffness = forces(x + reach * way)
         slope = float((force - load) @ way)
         if slope > -TURNED * first:
-            high, at_high = reach, slope
+            high, high_slope = reach, slope
         elif slope < LEFT * first and reach < LONGEST:
-            low, at_low = reach, slope
+            low, low_slope = reach, slope
         else:
             break
         if high == 0.0:
@@ -103,7 +103,7 @@ def _step(
         elif high - low < 1e-9 * high:
             break
         else:
-            guess = low + (high - low) * at_low / (at_low - at_high)
+            guess = low + (high - low) * low_slope / (low_slope - high_slope)
             reach = min(max(guess, low + 0.1 * (high - low)), high - 0.05 * (high - low))
     return x + reach * way, force, stiffness
 

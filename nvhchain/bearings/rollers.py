@@ -64,10 +64,12 @@ class Cylindrical(RollingBearing):
     @cached_property
     def rows(self) -> tuple[RollerRow, ...]:
         """Rows of rollers."""
-        of = self.internal
-        profile = logarithmic_profile(of.diameter, of.length)
+        internal = self.internal
+        profile = logarithmic_profile(internal.diameter, internal.length)
         return tuple(
-            RollerRow(of.count, of.length, 0.5 * of.pitch_diameter, 0.0, 0.5 * self.clearance, profile, z)
+            RollerRow(
+                internal.count, internal.length, 0.5 * internal.pitch_diameter, 0.0, 0.5 * self.clearance, profile, z
+            )
             for z in self.places
         )
 
@@ -142,10 +144,21 @@ class Tapered(RollingBearing):
     @cached_property
     def rows(self) -> tuple[RollerRow, ...]:
         """Rows of rollers."""
-        of = self.internal
-        profile, opened = logarithmic_profile(of.diameter, of.length), self.axial_clearance / len(self.places)
+        internal = self.internal
+        profile, opened = (
+            logarithmic_profile(internal.diameter, internal.length),
+            self.axial_clearance / len(self.places),
+        )
         return tuple(
-            RollerRow(of.count, of.length, 0.5 * of.pitch_diameter, way * of.angle, opened * sin(of.angle), profile, z)
+            RollerRow(
+                internal.count,
+                internal.length,
+                0.5 * internal.pitch_diameter,
+                way * internal.angle,
+                opened * sin(internal.angle),
+                profile,
+                z,
+            )
             for z, way in zip(self.places, self._directions(self.thrust), strict=True)
         )
 
@@ -209,13 +222,15 @@ class Spherical(RollingBearing):
             self.arrangement == "single",
             f"{self.title}: arrangement = {self.arrangement!r}: it has two rows of its own; leave it out",
         )
-        of = self.internal
-        radius = 0.5 * of.pitch_diameter
-        sphere = radius / cos(of.angle) + 0.5 * of.diameter
-        profile = crowned_profile((1.0 / SPHERICAL_OSCULATION - 1.0) / sphere, of.length)
-        gap, place = 0.5 * self.clearance * cos(of.angle), radius * tan(of.angle)
+        internal = self.internal
+        radius = 0.5 * internal.pitch_diameter
+        sphere = radius / cos(internal.angle) + 0.5 * internal.diameter
+        profile = crowned_profile((1.0 / SPHERICAL_OSCULATION - 1.0) / sphere, internal.length)
+        gap, place = 0.5 * self.clearance * cos(internal.angle), radius * tan(internal.angle)
         return tuple(
-            RollerRow(of.count, of.length, radius, way * of.angle, gap, profile, way * place, aligning=True)
+            RollerRow(
+                internal.count, internal.length, radius, way * internal.angle, gap, profile, way * place, aligning=True
+            )
             for way in (-1, 1)
         )
 

@@ -59,29 +59,29 @@ class BallRow:
     def _maps(self) -> tuple[FloatArray, FloatArray]:
         """Motion (count, 5) along and across the shaft of the inner groove centres by the displacement."""
         psi = azimuths(self.count)
-        along, across = np.zeros((self.count, 5)), np.zeros((self.count, 5))
-        along[:, 2], across[:, 0], across[:, 1] = 1.0, np.cos(psi), np.sin(psi)
-        along[:, 3], along[:, 4] = self.pitch_radius * np.sin(psi), -self.pitch_radius * np.cos(psi)
+        axial_motion, radial_motion = np.zeros((self.count, 5)), np.zeros((self.count, 5))
+        axial_motion[:, 2], radial_motion[:, 0], radial_motion[:, 1] = 1.0, np.cos(psi), np.sin(psi)
+        axial_motion[:, 3], axial_motion[:, 4] = self.pitch_radius * np.sin(psi), -self.pitch_radius * np.cos(psi)
         shift = motion_at(self.z)
-        return along @ shift, across @ shift
+        return axial_motion @ shift, radial_motion @ shift
 
     def elements(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return load (count,) (N) and contact angle (count,) (rad) of the balls at the displacement `u` (5,)."""
-        along, across = self._maps
-        a, b = self.axial + along @ u, self.radial + across @ u
+        axial_motion, radial_motion = self._maps
+        a, b = self.axial + axial_motion @ u, self.radial + radial_motion @ u
         stretch = np.maximum(np.hypot(a, b) - self.distance, 0.0)
         return self.stiffness * stretch**1.5, np.arctan2(a, b)
 
     def evaluate(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return force (5,) and stiffness (5, 5) at the displacement `u` (5,)."""
-        along, across = self._maps
-        a, b = self.axial + along @ u, self.radial + across @ u
+        axial_motion, radial_motion = self._maps
+        a, b = self.axial + axial_motion @ u, self.radial + radial_motion @ u
         length = np.hypot(a, b)
         stretch = np.maximum(length - self.distance, 0.0)
         slope = 1.5 * self.stiffness * np.sqrt(stretch)
         load = slope * stretch / 1.5
-        normal = (a[:, None] * along + b[:, None] * across) / length[:, None]
-        side = (b[:, None] * along - a[:, None] * across) / length[:, None]
+        normal = (a[:, None] * axial_motion + b[:, None] * radial_motion) / length[:, None]
+        side = (b[:, None] * axial_motion - a[:, None] * radial_motion) / length[:, None]
         return load @ normal, (normal.T * slope) @ normal + (side.T * (load / length)) @ side
 
 
@@ -159,8 +159,8 @@ def logarithmic_profile(diameter: float, length: float) -> FloatArray:
     """
     x = np.abs(2.0 * ((np.arange(LAMINAE) + 0.5) / LAMINAE - 0.5)) * length  # 2|x|
     end, factor = (length, 0.00035) if length <= 2.5 * diameter else (2.5 * diameter, 0.0005)
-    within = np.maximum(x - (length - end), 0.0) / end
-    return np.asarray(2.0 * factor * diameter * -np.log1p(-(within**2)))
+    end_position = np.maximum(x - (length - end), 0.0) / end
+    return np.asarray(2.0 * factor * diameter * -np.log1p(-(end_position**2)))
 
 
 def crowned_profile(radius_difference: float, length: float) -> FloatArray:

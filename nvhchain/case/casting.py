@@ -47,8 +47,8 @@ class Casting(housing.Casting, Housing):
         places = np.array([point.position for point in case.field_points], dtype=float).reshape(-1, 3)
         inside = (
             f"field point {point.name!r} at {point.position} m lies inside the housing: move it out"
-            for point, within in zip(case.field_points, housing.encloses(self, places), strict=True)
-            if within
+            for point, enclosed in zip(case.field_points, housing.encloses(self, places), strict=True)
+            if enclosed
         )
         check_all(
             lambda: require_all(inside), lambda: self._check_floor(case), lambda: require_all(self._misplaced(case))
@@ -72,8 +72,8 @@ class Casting(housing.Casting, Housing):
         for number, space in enumerate(self.gear_spaces if plane is not None else ()):
             assert plane is not None
             ends = np.array([[*space.centre, 0.0], [*space.centre, self.depth]])
-            across = hypot(*plane.normal[:2]) * (space.radius + self.wall)
-            lowest = float(plane.height(ends).min()) - across
+            reach = hypot(*plane.normal[:2]) * (space.radius + self.wall)
+            lowest = float(plane.height(ends).min()) - reach
             require(
                 lowest > 0,
                 f"reflecting_plane: gear space {number} of the housing reaches {-1e3 * lowest:.4g} mm "
@@ -105,11 +105,11 @@ class Casting(housing.Casting, Housing):
             bore = bores.get(bearing.name)
             if bore is None:
                 continue
-            through = radius_at(shafts[bearing.shaft], bearing.z, radius=bore.radius)
+            shaft_radius = radius_at(shafts[bearing.shaft], bearing.z, radius=bore.radius)
             yield (
-                through - bore.radius,
+                shaft_radius - bore.radius,
                 f"housing.bores: {bore.name}: radius = {1e3 * bore.radius:g} mm is smaller than shaft {bearing.shaft}, "
-                f"of outer_diameter {2e3 * through:g} mm there: enlarge it",
+                f"of outer_diameter {2e3 * shaft_radius:g} mm there: enlarge it",
             )
 
     def _overlaps_of_inner_walls(

@@ -305,11 +305,11 @@ class StageTolerances:
             "grade, or another centre distance of stage and shafts",
         )
         shares = np.random.default_rng(self.seed).uniform(-1.0, 1.0, 3)
-        change, in_plane, normal = (
+        change, plane_tilt, normal = (
             float(share * size)
             for share, size in zip(shares, (half, self.misalignment.in_plane, self.misalignment.normal), strict=True)
         )
-        return centre_distance + change, Misalignment(in_plane, normal)
+        return centre_distance + change, Misalignment(plane_tilt, normal)
 
 
 def _check_size(name: str, value: float | None) -> None:

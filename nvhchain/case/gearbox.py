@@ -216,8 +216,8 @@ class GearboxCase:
     def _check_train(self) -> None:
         """Refuse gears that cannot mesh, teeth that break, and a train that does not turn as asked."""
         apart = list(self._apart())
-        without_mesh = any("write centre_distance_mm" in text for text in apart)
-        check_all(lambda: require_all(apart), *([] if without_mesh else [self._check_teeth]))
+        unmeshed = any("write centre_distance_mm" in text for text in apart)
+        check_all(lambda: require_all(apart), *([] if unmeshed else [self._check_teeth]))
         if self.ramp is not None:
             self.band.check_record(self.ramp.duration)
         self._check_fluctuation()
@@ -268,9 +268,9 @@ class GearboxCase:
 
     def idles(self, stage: Stage) -> bool:
         """Return True for a stage that ends in a loose gear."""
-        of = {gear.name: gear for gear in self.gears}
+        gears = {gear.name: gear for gear in self.gears}
         ends = [end for other in self.stages for end in (other.pinion, other.wheel)]
-        return any(of[end].loose and ends.count(end) == 1 for end in (stage.pinion, stage.wheel) if end in of)
+        return any(gears[end].loose and ends.count(end) == 1 for end in (stage.pinion, stage.wheel) if end in gears)
 
     @cached_property
     def ramp(self) -> SpeedRamp | None:
@@ -359,8 +359,8 @@ class GearboxCase:
                 gear.mesh_deviations(drives=drives, idles=drives and gear.name in driven) for gear, drives in ends
             )
             tilt = stage.drawn_axes[1]
-            as_drawn = pinion is None and wheel is None and tilt == Misalignment()
-            found.append(None if as_drawn else PairDeviations(pinion, wheel, tilt))
+            perfect = pinion is None and wheel is None and tilt == Misalignment()
+            found.append(None if perfect else PairDeviations(pinion, wheel, tilt))
         return tuple(found)
 
     @property

@@ -100,8 +100,8 @@ class Gear:
         if found.dimension_over_balls is not None and found.dimension_over_pins is not None:
             ball, pins = f"{1e3 * (found.ball_diameter or 0.0):g} mm", found.dimension_over_pins
             same = abs(pins - found.dimension_over_balls) < 1e-9
-            over = "balls or pins" if same else "balls"
-            words.append(f"M_d = {1e3 * found.dimension_over_balls:.4f} mm over {over} of {ball}")
+            gauge = "balls or pins" if same else "balls"
+            words.append(f"M_d = {1e3 * found.dimension_over_balls:.4f} mm over {gauge} of {ball}")
             words += [] if same else [f"{1e3 * pins:.4f} mm over pins"]
         return "; ".join(words)
 

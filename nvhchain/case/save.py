@@ -35,7 +35,7 @@ _WIDTH = 110
 _PLACED = (Mesh, SpeedRecord, Topography, TorqueRecord)
 """Classes whose `file` is a path from the working directory; that of others is a path from the case's folder."""
 
-_OF_A_BEARING = ("radial_stiffness", "axial_stiffness")
+_BEARING_FIELDS = ("radial_stiffness", "axial_stiffness")
 """Fields that a file must give for a bearing without model, whatever their default."""
 
 
@@ -162,7 +162,7 @@ def _stated(owner: Any) -> Iterator[tuple[str, Any, Any]]:
     for field, hint in fields_in_files(type(owner)):
         value = getattr(owner, field.name)
         default = field.default if field.default_factory is MISSING else field.default_factory()
-        needed = isinstance(owner, Bearing) and owner.model is None and field.name in _OF_A_BEARING
+        needed = isinstance(owner, Bearing) and owner.model is None and field.name in _BEARING_FIELDS
         if needed or not (value == default and type(value) is type(default)):
             if value is None:
                 raise InputError(f"{type(owner).__name__}.{field.name} = None cannot be written: give it a value")

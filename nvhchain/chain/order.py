@@ -177,7 +177,10 @@ def system_modes(
             dynamics.system_modes(
                 gearbox, laws, housing,
                 input_torque=case.static_torque, input_speed=speed, damped=damped,
-                planes=[*((of.rotor, of.z) for of in case.gears), *((of.shaft, of.z) for of in case.bearings)],
+                planes=[
+                    *((gear.rotor, gear.z) for gear in case.gears),
+                    *((bearing.shaft, bearing.z) for bearing in case.bearings),
+                ],
                 fidelity=fidelity.dynamics,
             )
             for speed in changing

@@ -166,13 +166,13 @@ def steady_map(
 
     def state(place: tuple[int, int]) -> SteadyState | str:
         i, j = place
-        at = replace(case.operation, input_speed=float(speed[j]))
+        operation = replace(case.operation, input_speed=float(speed[j]))
         if torques is not None:
-            at = replace(at, input_torque=float(torque[i]))
+            operation = replace(operation, input_torque=float(torque[i]))
         try:
-            options = case.options if at.input_torque > 0.0 else replace(case.options, **unloaded)
+            options = case.options if operation.input_torque > 0.0 else replace(case.options, **unloaded)
             return _heard(
-                replace(case, operation=at, options=options, quantities=("bearing_forces",)), result, operators
+                replace(case, operation=operation, options=options, quantities=("bearing_forces",)), result, operators
             )
         except (InputError, SolverError) as error:
             return f"{speed[j] * 30 / np.pi:.0f} rpm, {torque[i]:g} N m: {error}"
@@ -222,8 +222,8 @@ def check_states(case: Case, speeds: ArrayLike, torques: ArrayLike | None = None
 def _heard(case: GearboxCase, result: Result, operators: str | Path | None) -> SteadyState:
     """Return one state, computed at the lines that are heard."""
     assert isinstance(result.case, GearboxCase)
-    as_drawn = not case.options.loaded_misalignment or case.static_torque == result.case.static_torque
-    laws = result.mesh_laws if as_drawn else None
+    same_laws = not case.options.loaded_misalignment or case.static_torque == result.case.static_torque
+    laws = result.mesh_laws if same_laws else None
     made = run(case, fidelity=result.fidelity, operators=operators, mesh_laws=laws, housing=result.housing)
     forces, spectrum, vectors, reduced = (
         made.bearing_forces,
@@ -245,9 +245,9 @@ def _heard(case: GearboxCase, result: Result, operators: str | Path | None) -> S
         return SteadyState(swing, silence, np.full((len(silence), 2), np.nan))
     chosen = spectrum.select(audible)
     velocity = housing.respond(reduced, chosen)
-    between = acoustics.interpolate_vectors(vectors, chosen.frequency, fidelity=result.fidelity.acoustics)
-    pressure = (between.vectors @ velocity.normal_velocity[:, :, None])[:, :, 0]
-    exact = ("mesh_laws", "housing") if as_drawn else ("housing",)
+    interpolated = acoustics.interpolate_vectors(vectors, chosen.frequency, fidelity=result.fidelity.acoustics)
+    pressure = (interpolated.vectors @ velocity.normal_velocity[:, :, None])[:, :, 0]
+    exact = ("mesh_laws", "housing") if same_laws else ("housing",)
     heard = replace(
         made,
         transfer_vectors=vectors,

@@ -133,8 +133,8 @@ def _check_distributions(case: GearboxCase, distributions: Sequence[LoadDistribu
         f"{len(distributions)} load distributions are given for {len(case.stages)} stages: give one per stage, in "
         "their order",
     )
-    for stage, pair, of in zip(case.stages, case.pairs, distributions, strict=True):
-        meshes = of.period / pair.mesh_period
+    for stage, pair, distribution in zip(case.stages, case.pairs, distributions, strict=True):
+        meshes = distribution.period / pair.mesh_period
         require(
             round(meshes) >= 1 and abs(meshes - round(meshes)) < 1e-6 * meshes,
             f"the load distribution of stage {stage.name} repeats after {meshes:.6g} mesh periods of its gears: it "

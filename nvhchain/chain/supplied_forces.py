@@ -81,7 +81,9 @@ def _check_moments(case: GearboxCase, forces: BearingForces | ForceSpectrum) -> 
 
 def _check_seats(case: GearboxCase, forces: BearingForces) -> None:
     """Warn of the most distant force that acts more than half the way to the next seat from its own."""
-    off = [dist(case.seats[name], at) for name, at in zip(forces.names, forces.positions.tolist(), strict=True)]
+    off = [
+        dist(case.seats[name], position) for name, position in zip(forces.names, forces.positions.tolist(), strict=True)
+    ]
     name = forces.names[int(np.argmax(off))]
     limit = 0.5 * min(
         (dist(case.seats[name], seat) for other, seat in case.seats.items() if other != name), default=0.1
@@ -145,17 +147,17 @@ def _check_means(case: GearboxCase, means: FloatArray, moving: float) -> None:
             "the case): their sign and unit cannot be told; give them with their means",
         )
         return
-    along = float((mean * static).sum() / (static**2).sum())
+    ratio = float((mean * static).sum() / (static**2).sum())
     if not largest / MEAN_OFF <= found <= MEAN_OFF * largest:
         _warn_unless(
             False,
             f"the largest mean is {found:.3g} N, but {largest:.4g} N at standstill under the torque of the case (limit "
             f"{MEAN_OFF:g} times more or less): correct force_unit, or input_torque of the case",
         )
-    elif along <= 0.0:
+    elif ratio <= 0.0:
         _warn_unless(
             False,
-            f"the means point against those at standstill under the torque of the case ({along:.2g} times them along "
+            f"the means point against those at standstill under the torque of the case ({ratio:.2g} times them along "
             "their direction): correct acts_on (forces act on the housing here), axes or signs, or give "
             "input_torque < 0 where the record is of coasting",
         )
@@ -167,11 +169,11 @@ def _check_shafts(case: GearboxCase, mean: FloatArray, static: FloatArray) -> No
     """Warn of the shaft whose bearings are farthest from equilibrium with its gears."""
     if case.shaft_bearings:
         return  # shafts with a bearing between them share their loads
-    of_shaft = np.array([[bearing.shaft == shaft.name for bearing in case.bearings] for shaft in case.shafts], float)
-    off = np.linalg.norm(of_shaft @ (mean - static), axis=1)
-    limit = SHAFT_OFF * float(np.linalg.norm(of_shaft @ static, axis=1).max())
+    membership = np.array([[bearing.shaft == shaft.name for bearing in case.bearings] for shaft in case.shafts], float)
+    off = np.linalg.norm(membership @ (mean - static), axis=1)
+    limit = SHAFT_OFF * float(np.linalg.norm(membership @ static, axis=1).max())
     worst = int(off.argmax())
-    found, wanted = (", ".join(f"{x:.4g}" for x in (of_shaft @ of)[worst]) for of in (mean, static))
+    found, wanted = (", ".join(f"{x:.4g}" for x in (membership @ forces)[worst]) for forces in (mean, static))
     _warn_unless(
         off[worst] <= limit,
         f"on average the bearings of shaft {case.shafts[worst].name} carry ({found}) N together, but its gears "

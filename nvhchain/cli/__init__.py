@@ -92,14 +92,14 @@ def _remove_locks_of_children() -> None:
 
 
 def _command(words: ArgumentParser, arguments: Sequence[str]) -> tuple[int, list[str]]:
-    as_json = answers.requested(arguments)
-    options = answers.parsed(words, arguments) if as_json else words.parse_args(arguments)
+    json_asked = answers.requested(arguments)
+    options = answers.parsed(words, arguments) if json_asked else words.parse_args(arguments)
     if isinstance(options, str):
         return 2, [options.removeprefix("nvhchain: ")]
     _check_environment()
     _check_outputs(options)
     with logged(getattr(options, "verbose", 0), getattr(options, "log_file", None)), _warnings_shown():
-        if as_json:
+        if json_asked:
             return answers.answered(options.action, options), []
         return int(options.action(options)), []
 

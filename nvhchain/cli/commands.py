@@ -187,13 +187,16 @@ def _run_here(
     if "pressure" in result.error_bands:
         for point, heard, limits in zip(case.field_points, result.overall, result.error_band.overall, strict=True):
             show(f"{case.name}: {format_level(heard, 'dB(A)', limits)} at {point.name}")
-        lines, at = result.error_band, ""
+        lines, widest = result.error_band, ""
         if not isinstance(lines, ErrorBand):
-            at, lines = f", widest at {30 / pi * lines.input_speed[lines.widest]:.0f} rpm", lines.bands[lines.widest]
+            widest, lines = (
+                f", widest at {30 / pi * lines.input_speed[lines.widest]:.0f} rpm",
+                lines.bands[lines.widest],
+            )
         parts = [(source, float(share[0]), float(frequency[0])) for source, share, frequency in lines.parts]
         causes = format_parts(parts)
         told = "; ".join(filter(None, (causes, remedy(parts[0][0])))) if causes else "narrow"
-        show(f"Limits at {case.field_points[0].name}{at}: {told}")
+        show(f"Limits at {case.field_points[0].name}{widest}: {told}")
     show(f"Figures, sound and tables: {write_run(result, out, states, watcher)}")
     _show_assumptions(case)
     _show_each(result.modelling.sentences if result.modelling is not None else (), f"{case.name}: ")

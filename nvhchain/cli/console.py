@@ -148,8 +148,8 @@ class Console:
         if self._bar is not None:
             self._bar.close()
             self._bar = None
-        beside = self._ahead().get((self._case, step)) if outcome == "cached" else None
+        ahead_seconds = self._ahead().get((self._case, step)) if outcome == "cached" else None
         seconds = f" in {time.perf_counter() - self._started:.1f} s" if outcome == "computed" else ""
-        if beside is not None:
-            outcome, seconds = "computed", f" in {beside:.1f} s, beside the housing"
+        if ahead_seconds is not None:
+            outcome, seconds = "computed", f" in {ahead_seconds:.1f} s, beside the housing"
         show(f"{self._indent}{step}: {outcome}{seconds}", error=True)

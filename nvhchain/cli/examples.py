@@ -24,7 +24,7 @@ EXAMPLES = {
 """Name of an example → (file, what it is)."""
 
 
-OF_ONES_OWN = ("single-stage", "rattle", "bearings", "cad")
+TEMPLATES = ("single-stage", "rattle", "bearings", "cad")
 """Examples to change into a gearbox of one's own: their options decide themselves. Others keep their assumptions."""
 
 
@@ -76,7 +76,7 @@ def copy_example(name: str, folder: Path) -> list[Path]:
     contents = {target: source.read_bytes() for target, source in zip(targets[len(sources) :], files, strict=True)}
     for source, target in zip(sources, targets, strict=False):
         text = source.read_text(encoding="utf-8")
-        text = _opened(text) if name in OF_ONES_OWN else text
+        text = _opened(text) if name in TEMPLATES else text
         contents[target] = f"#:schema ./{FILE_NAME}\n{text}".encode()
     folder.mkdir(parents=True, exist_ok=True)
     write_output(folder / FILE_NAME, schema_text().encode())

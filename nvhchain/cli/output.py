@@ -31,10 +31,10 @@ def _cases_and_steps(alike: Sequence[AccuracyWarning]) -> str:
     """Return cases with their steps: "solid (pressure, sound_power), slotted (pressure)"."""
     steps: dict[str, list[str]] = {}
     for doubt in alike:
-        if doubt.about:
-            case, *step = doubt.about
+        if doubt.subjects:
+            case, *step = doubt.subjects
             steps.setdefault(case, []).extend(step)
-    named = [f"{case} ({_few(of)})" if of else case for case, of in steps.items()]
+    named = [f"{case} ({_few(case_steps)})" if case_steps else case for case, case_steps in steps.items()]
     return _few(named)
 
 

@@ -28,7 +28,7 @@ def sound(options: argparse.Namespace) -> int:
         options.folder,
         point=options.point,
         only=options.only,
-        without=options.without,
+        excluded=options.without,
         background=options.background,
         full_scale=1.0 if options.full_scale is None else options.full_scale,
         seconds=options.seconds,
@@ -79,7 +79,11 @@ def show_targets(summary: Mapping[str, Any], *, enforce: bool) -> int:
     """Print the judged targets of a summary; return 3 if one is not passed and `enforce` is given, else 0."""
     from nvhchain.report.sound.targets import target_sentence
 
-    judged = [(name, one) for name, of in summary["configurations"].items() for one in of.get("targets", [])]
+    judged = [
+        (name, one)
+        for name, configuration in summary["configurations"].items()
+        for one in configuration.get("targets", [])
+    ]
     for name, target in judged:
         show(target_sentence(name, target))
     return 3 if enforce and not all(target["passed"] for _, target in judged) else 0

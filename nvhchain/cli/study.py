@@ -69,11 +69,11 @@ def _print_plan(study: Study, fidelity: Fidelity, path: Path, out: Path, operato
 
     count, points, goal = count_designs(study), operating_points(study), study.goal
     check_parameters(study)
-    steps, at = costs(study, fidelity), counted(len(points), "operating point")
+    steps, counted_points = costs(study, fidelity), counted(len(points), "operating point")
     drawn = f" with {counted(goal.draws, 'draw')} each" if goal and goal.draws else ""
     most = "up to " if study.plan in ("optimise", "gradient") else ""
     designs = counted(study.designs if goal else count, "design")
-    show(f"{path.name}: {most}{designs}{drawn} at {at}, {counted(count * len(points), 'run')}")
+    show(f"{path.name}: {most}{designs}{drawn} at {counted_points}, {counted(count * len(points), 'run')}")
     for step in steps:
         kept = f"  {step.disk:8.3g} MB of disk" if step.disk else ""
         show(f"  {step.name:24s} {step.times:5d} x {step.seconds:6.1f} s  {step.megabytes:6.0f} MB{kept}")

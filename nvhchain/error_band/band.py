@@ -110,7 +110,7 @@ class ErrorBand:
     @cached_property
     def _unit(self) -> float:
         """Largest amplitude or error. Squares of values over it stay within the range of floating-point numbers."""
-        largest = max(float(np.max(of, initial=0.0)) for of in (self.amplitude, *self.sources.values()))
+        largest = max(float(np.max(values, initial=0.0)) for values in (self.amplitude, *self.sources.values()))
         return largest if largest > 0 else 1.0
 
     @property
@@ -174,8 +174,8 @@ class ErrorBand:
         """
         weight, amplitude, error = self.weight, self.amplitude / self._unit, self.error / self._unit
         energy = (weight * amplitude**2).sum(axis=0)
-        squares = [self._overall_squares(of).values() for of in (self.downward, self.sources)]
-        fallen, risen = (COVERAGE * np.sqrt(sum(of, np.zeros_like(energy))) for of in squares)
+        squares = [self._overall_squares(sources).values() for sources in (self.downward, self.sources)]
+        fallen, risen = (COVERAGE * np.sqrt(sum(parts, np.zeros_like(energy))) for parts in squares)
         left = np.maximum(1.0 - fallen / np.where(energy > 0, energy, 1.0), 0.0)
         most = energy + 2.0 * risen + (weight * error**2).sum(axis=0)
         with np.errstate(divide="ignore"):

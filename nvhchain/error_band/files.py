@@ -30,22 +30,30 @@ def band_record(band: ErrorBand | RunUpBand) -> dict[str, Any]:
 
     Levels of lines are in dB re `reference` (RMS). Overall levels and levels of speeds are in dB(A) if `weighted`.
     """
-    of_lines = band.bands[0] if isinstance(band, RunUpBand) else band
+    line_band = band.bands[0] if isinstance(band, RunUpBand) else band
     found: dict[str, Any] = {
-        "reference": of_lines.reference,
-        "weighted": of_lines.weighted,
+        "reference": line_band.reference,
+        "weighted": line_band.weighted,
         "overall_level": band.level.tolist(),
         "overall_limits": [finite(edges) for edges in band.overall],
     }
     if isinstance(band, RunUpBand):
         found["over_speed"] = [
-            {"speed_rpm": 30 / pi * float(speed), "level": level.tolist(), "limits": [finite(of) for of in edges]}
+            {
+                "speed_rpm": 30 / pi * float(speed),
+                "level": level.tolist(),
+                "limits": [finite(limits) for limits in edges],
+            }
             for speed, level, edges in zip(band.input_speed, band.speed_levels, band.limits, strict=True)
         ]
         return found
     level = decibel(band.amplitude, band.reference)
     found["lines"] = [
-        {"frequency_hz": float(f), "level": here.tolist(), "limits": [finite(of) for of in zip(low, high, strict=True)]}
+        {
+            "frequency_hz": float(f),
+            "level": here.tolist(),
+            "limits": [finite(limits) for limits in zip(low, high, strict=True)],
+        }
         for f, here, low, high in zip(band.frequency, level, band.lower, band.upper, strict=True)
     ]
     return found

@@ -182,7 +182,7 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
         count = min(int(highest / base) + 1, FINEST)
         number = np.arange(1, max(len(harmonics), count) // teeth + 2)
         error = law_error(wheel.geometry, fidelity, number)
-        if any(of.geometry.micro != MicroGeometry() for of in (pinion, wheel)):
+        if any(gear.geometry.micro != MicroGeometry() for gear in (pinion, wheel)):
             error *= _compliance_ratio(law, force, harmonics, teeth)
         own, wrong = _law_spectrum(harmonics, teeth, error, fidelity, count)
         table = _table_error(law, force, deflection, teeth) / harmonics[0]
@@ -220,7 +220,7 @@ def _table_error(law: MeshLaw, force: float, deflection: FloatArray, teeth: int)
     (above, below), rows = (columns, columns - 1), np.arange(len(columns))
     share = (force - law.force[rows, below]) / (law.force[rows, above] - law.force[rows, below])
     straight = law.deflection[below] + share * (law.deflection[above] - law.deflection[below])
-    in_loop = straight / np.cos(law.base_helix_angle) - deflection
+    straight_error = straight / np.cos(law.base_helix_angle) - deflection
     number, found = np.arange(len(law.deflection)), np.zeros(len(deflection) // 2 + 1)
     needed = (law.force.min(axis=0) <= 0) & (law.force.max(axis=0) >= 0)
     needed[[0, -1]] = True
@@ -232,7 +232,7 @@ def _table_error(law: MeshLaw, force: float, deflection: FloatArray, teeth: int)
     found[0] = 0.0
     meshing = np.arange(teeth, len(found), teeth)
     found[meshing] = np.maximum(found[meshing], found.max() * teeth / meshing)
-    return np.asarray(np.hypot(found, np.abs(np.fft.rfft(in_loop)) / len(in_loop)))
+    return np.asarray(np.hypot(found, np.abs(np.fft.rfft(straight_error)) / len(straight_error)))
 
 
 def folded(spectra: Sequence[tuple[Fraction, FloatArray, FloatArray]], highest: float) -> ForceError:
@@ -273,8 +273,8 @@ def _law_spectrum(
     strongest = own[meshing].max(initial=0.0)
     # a sideband k lines from a mesh harmonic relates to it by the blank's depth of modulation
     depth = np.zeros(teeth // 2 + 1)
-    beside = (nearest > 0) & (side > 0)
-    np.maximum.at(depth, side[beside], own[beside])
+    sideband = (nearest > 0) & (side > 0)
+    np.maximum.at(depth, side[sideband], own[sideband])
     depth = depth / strongest if strongest > 0 else depth
     share = np.where(meshing, 1.0, np.maximum(np.minimum(depth[side], 1.0), FAR_SIDEBAND))
     # harmonic N − n of N angles lies on harmonic n; it follows from N/2 − n and from n by the decay of kinks, 1/n²

@@ -171,11 +171,11 @@ def _moved(housing: ReducedHousing, count: int) -> tuple[ReducedHousing, ...]:
     error = housing.accuracy.frequency_error
     if error is None:
         return ()
-    farthest, reached = (ndtri(1.0 - 1.0 / of) for of in (SAMPLES, count))
+    farthest, reached = (ndtri(1.0 - 1.0 / number) for number in (SAMPLES, count))
     draws = np.random.default_rng(1).normal(size=(count, len(error)))
     draws[::2] = ndtri((2.0 * np.arange(count // 2) + 1.0) / count)[:, None]
     draws *= farthest / reached
-    return tuple(of for draw in draws if (of := shifted(housing, draw)) is not None)
+    return tuple(changed for draw in draws if (changed := shifted(housing, draw)) is not None)
 
 
 def moved_pressures(
@@ -190,11 +190,11 @@ def moved_pressures(
     """
     lines = modal.frequency
     rate = _rate(housing, forces, lines)
-    ways = [(of, rate + _rate(of, change, lines)) for of, change in moved]
+    ways = [(moved_housing, rate + _rate(moved_housing, change, lines)) for moved_housing, change in moved]
     residual = _residual(modal, rate)
     sounds = [
-        (modal.modes @ _modal_velocity(of, each, lines)[..., None] + residual @ each[..., None])[..., 0]
-        for of, each in ways
+        (modal.modes @ _modal_velocity(moved_housing, each, lines)[..., None] + residual @ each[..., None])[..., 0]
+        for moved_housing, each in ways
     ]
     return np.abs(sounds)
 
@@ -222,8 +222,8 @@ def bearing_velocity(housing: ReducedHousing, forces: ForceSpectrum) -> FloatArr
     squares = np.zeros(len(lines))
     for bearing in range(len(housing.names)):
         own = np.zeros_like(rate)
-        at = slice(housing.motions * bearing, housing.motions * (bearing + 1))
-        own[:, at] = rate[:, at]
+        columns = slice(housing.motions * bearing, housing.motions * (bearing + 1))
+        own[:, columns] = rate[:, columns]
         parts = np.hstack([_modal_velocity(housing, own, lines), own])
         squares += ((parts.conj() @ gram) * parts).sum(axis=1).real
     return np.sqrt(np.maximum(squares, 0.0))[:, None]
@@ -241,8 +241,8 @@ def power_shares(
     waves = np.sqrt(0.5 * (np.abs(resistance.waves) ** 2).sum(axis=1))
     # the waves of small bodies grow with the frequency: their shares are smooth over it
     known = np.flatnonzero(resistance.frequency > 0)
-    per_hertz = waves[known] / resistance.frequency[known, None]
-    each = np.stack([np.interp(lines, resistance.frequency[known], column) for column in per_hertz.T], axis=1)
+    slope = waves[known] / resistance.frequency[known, None]
+    each = np.stack([np.interp(lines, resistance.frequency[known], column) for column in slope.T], axis=1)
     each = each * lines[:, None]
     modes = len(housing.natural_frequency)
     residual = np.sqrt(((np.abs(rate) * each[:, modes:]) ** 2).sum(axis=1))

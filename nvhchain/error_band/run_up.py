@@ -75,7 +75,7 @@ class RunUpBand:
             near = np.abs(lines.frequency - order * turns.mean()) <= reach
             # one tone, spread over lines: errors of the housing have one sign there, too
             sources, falls = (
-                {f"{name} of the order": of[near][:, [place]] for name, of in each.items()}
+                {f"{name} of the order": error[near][:, [place]] for name, error in each.items()}
                 for each in (lines.sources, lines.falls)
             )
             own = ErrorBand(
@@ -91,7 +91,7 @@ class RunUpBand:
     def widened(self, source: str, relative: float) -> RunUpBand:
         """Return the band with one more source of error, relative to the amplitudes at all speeds."""
         bands = tuple(band.widened(source, relative) for band in self.bands)
-        before, after = (np.array([band.overall for band in of]) for of in (self.bands, bands))
+        before, after = (np.array([band.overall for band in each]) for each in (self.bands, bands))
         known = np.isfinite(before)
         moved = np.where(known, after, 0.0) - np.where(known, before, 0.0)
         return replace(self, limits=self.limits + moved, bands=bands)
@@ -109,13 +109,19 @@ class RunUpBand:
         size = np.sqrt((parts**2).mean(axis=0))
 
         def averaged(errors: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
-            each = {name: scale * np.array([of[name] for of in errors]) for name in errors[0]}
+            each = {name: scale * np.array([part[name] for part in errors]) for name in errors[0]}
             mean = {name: (parts * error).mean(axis=0) for name, error in each.items()}
-            return {name: np.divide(of, size, out=np.zeros_like(size), where=size > 0) for name, of in mean.items()}
+            return {
+                name: np.divide(error, size, out=np.zeros_like(size), where=size > 0) for name, error in mean.items()
+            }
 
         up, down = averaged([band.sources for band in self.bands]), averaged([band.falls for band in self.bands])
-        energy = np.array([(band.weight * of**2).sum(axis=0) for band, of in zip(self.bands, parts, strict=True)])
-        ways = [band.moved * of for band, of in zip(self.bands, energy, strict=True) if band.moved is not None]
+        energy = np.array([(band.weight * part**2).sum(axis=0) for band, part in zip(self.bands, parts, strict=True)])
+        ways = [
+            band.moved * part_energy
+            for band, part_energy in zip(self.bands, energy, strict=True)
+            if band.moved is not None
+        ]
         whole = energy.sum(axis=0)
         shares = np.sum(ways, axis=0) / np.where(whole > 0, whole, 1.0) if ways else None
         return replace(self.bands[0], amplitude=size, sources=up, falls=down, moved=shares)
@@ -163,7 +169,7 @@ def run_up_force_band(origin: Origin, bearing_forces: BearingForces) -> RunUpBan
     instants, change = list(_instants(case, bearing_forces)), None
     if housing is not None:
         change = force_change(case, origin.fidelity, housing, origin.mesh_laws, _middle(instants))
-    bands = tuple(force_band(origin, at.spectrum, width=at.width, change=change) for at in instants)
+    bands = tuple(force_band(origin, instant.spectrum, width=instant.width, change=change) for instant in instants)
     return RunUpBand(
         _speeds(case, bearing_forces),
         np.array([band.level for band in bands]),
@@ -197,7 +203,7 @@ def run_up_band(
     heard = [acoustics.modal_pressure(vectors, housing, instant.spectrum) for instant in instants]
     sounds = [_fill_lines(lines, one.frequency, np.abs(one.pressure)) for one in heard]
     loudest = int(np.argmax([np.linalg.norm(sound) for sound in sounds]))
-    between = _interpolation(transfer_vectors, housing, instants[loudest].spectrum, fidelity)
+    interpolation = _interpolation(transfer_vectors, housing, instants[loudest].spectrum, fidelity)
     moved = () if origin.housing is None else modal.moved_housings(housing, modal.FEW_SAMPLES)
     changes = force_changes(case, fidelity, housing, moved, origin.mesh_laws, _middle(instants))
     bands = []
@@ -208,7 +214,7 @@ def run_up_band(
         errors = {} if origin.housing is None else {"excluded modes": shares.excluded_modes(case, fidelity)}
         sources = errors | times(sources, size) | times(radiated, np.maximum(size, shares.size))
         share = float(np.linalg.norm(size)) / max(float(np.linalg.norm(sounds[loudest])), 1e-300)
-        band = ErrorBand(lines, size, sources | times(between, share))
+        band = ErrorBand(lines, size, sources | times(interpolation, share))
         if origin.housing is not None:
             band = add_housing(band, housing, instant.spectrum, vectors, moved, changes)
         bands.append(band)

@@ -34,7 +34,7 @@ from nvhchain.runtime.memory import free_memory
 BLOCK, _DRAWN = 16, 2
 """Least number of vectors per Lanczos step, and of random ones among them, for modes that the loads do not excite."""
 
-_BELOW, _UNCOUNTED, _BESIDE, _ROUGH, _PROBES = 0.01, 500, 8, 1e-3, 3
+_NEGATIVE_SHIFT, _UNCOUNTED, _HIGHER_MODES, _ROUGH, _PROBES = 0.01, 500, 8, 1e-3, 3
 """Without a count of the modes: −σ over (2π f_max)², modes for which room is foreseen, the modes above f_max that have
 to converge too, their relative residual, and steps with further random directions that must reveal no mode."""
 
@@ -118,14 +118,14 @@ def modes_and_ritz_vectors(
         above = shapes[:, count:]
         series = [above.T @ load / values[count:, None] ** number for number in range(1, max(terms, default=0) + 1)]
         values, shapes = values[:count], shapes[:, :count]
-        beyond = [_ritz_vectors(K, M, shapes, above, series[:number]) for number in terms]
+        ritz = [_ritz_vectors(K, M, shapes, above, series[:number]) for number in terms]
     else:
-        shifts = (limit, (1 + _MOVED) * limit) if counts_eigenvalues(K.shape[0]) else (-_BELOW * limit,)
+        shifts = (limit, (1 + _MOVED) * limit) if counts_eigenvalues(K.shape[0]) else (-_NEGATIVE_SHIFT * limit,)
         for shift in shifts:
             try:
                 with _shifted(K, M, shift) as factor:
                     bounds = (shift, max(shift, (1 + _MOVED) * limit))
-                    values, shapes, beyond = _lanczos(K, M, factor, bounds, load, terms)
+                    values, shapes, ritz = _lanczos(K, M, factor, bounds, load, terms)
                 break
             except SolverError:
                 if shift == shifts[-1]:
@@ -134,7 +134,7 @@ def modes_and_ritz_vectors(
         raise SolverError(
             f"stiffness matrix has the eigenvalue {values.min():.3g} rad²/s², at least 0 is needed: check it"
         )
-    return *_finished(K, values, shapes), beyond
+    return *_finished(K, values, shapes), ritz
 
 
 def _ritz_vectors(K: Any, M: Any, modes: FloatArray, basis: FloatArray, motions: list[FloatArray]) -> RitzVectors:
@@ -208,9 +208,9 @@ def _lanczos(
             theta, below, above = inverse[:found], vectors[:, :found], vectors[:, found:]
             excited = above[: len(start)].T @ start / (1 + shift * inverse[found:, None])  # φᵀb/λ
             static = above @ excited
-            beyond = coupling @ below[first:size] / theta
-            spilled = beyond @ (below[: len(start)].T @ start)  # from the modes into the residual
-            error = np.linalg.norm(np.hstack([beyond, -shift * (coupling @ static[first:size]), spilled]), axis=0)
+            correction = coupling @ below[first:size] / theta
+            spilled = correction @ (below[: len(start)].T @ start)  # from the modes into the residual
+            error = np.linalg.norm(np.hstack([correction, -shift * (coupling @ static[first:size]), spilled]), axis=0)
             finest = np.clip(1e-5 * np.sqrt(np.abs(1 + 1 / (shift * theta))), _FINEST, _TOLERANCE)
             if not counted:
                 finest[:] = _FINEST
@@ -219,9 +219,9 @@ def _lanczos(
             converged = (error <= allowed).all()
             if block.shape[1] == 0 or (counted and converged):
                 break
-            beside = slice(found, found + _BESIDE)
-            left = np.linalg.norm(coupling @ vectors[first:size, beside] / inverse[beside], axis=0)
-            if converged and len(left) == _BESIDE and (left < _ROUGH).all():
+            following = slice(found, found + _HIGHER_MODES)
+            left = np.linalg.norm(coupling @ vectors[first:size, following] / inverse[following], axis=0)
+            if converged and len(left) == _HIGHER_MODES and (left < _ROUGH).all():
                 unchanged = unchanged + 1 if found == revealed else 0
                 if unchanged > _PROBES:
                     break
@@ -236,7 +236,7 @@ def _lanczos(
         projected[size : size + block.shape[1], first:size] = coupling
     whole = size + block.shape[1]
     basis[:, size:whole] = block
-    values, shapes = sign * (shift + 1 / theta), basis[:, :whole] @ np.vstack([below, beyond])
+    values, shapes = sign * (shift + 1 / theta), basis[:, :whole] @ np.vstack([below, correction])
     higher = shift + 1 / np.where(inverse[found:] == 0, np.finfo(float).tiny, inverse[found:])
     before, series = np.zeros_like(static), []
     for number in range(max(terms, default=0)):

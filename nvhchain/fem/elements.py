@@ -97,12 +97,12 @@ def hex20_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
             gradient[:, node, a] = c[a] * others * (reach + factor[:, a]) / 8
     for node, (i, j) in enumerate(HEX20_EDGES, start=8):
         c = (HEX_CORNERS[i] + HEX_CORNERS[j]) / 2
-        along = int(np.flatnonzero(c == 0)[0])
-        u, v = (along + 1) % 3, (along + 2) % 3
-        bubble = 1 - points[:, along] ** 2
+        axis = int(np.flatnonzero(c == 0)[0])
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        bubble = 1 - points[:, axis] ** 2
         fu, fv = 1 + points[:, u] * c[u], 1 + points[:, v] * c[v]
         value[:, node] = bubble * fu * fv / 4
-        gradient[:, node, along] = -2 * points[:, along] * fu * fv / 4
+        gradient[:, node, axis] = -2 * points[:, axis] * fu * fv / 4
         gradient[:, node, u] = bubble * c[u] * fv / 4
         gradient[:, node, v] = bubble * fu * c[v] / 4
     return value, gradient

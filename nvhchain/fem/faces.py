@@ -27,10 +27,12 @@ def element_faces(elements: Sequence[tuple[str, IntArray]]) -> tuple[IntArray, I
     for shape, members in elements:
         edges = [frozenset(edge) for edge in EDGES[shape]]
         for face in FACES[shape]:
-            around = [CORNERS[shape] + edges.index(frozenset((a, face[i - len(face) + 1]))) for i, a in enumerate(face)]
+            middles = [
+                CORNERS[shape] + edges.index(frozenset((a, face[i - len(face) + 1]))) for i, a in enumerate(face)
+            ]
             table = np.full((len(members), 8), -1)
             table[:, : len(face)] = members[:, list(face)]
-            table[:, 4 : 4 + len(face)] = members[:, around]
+            table[:, 4 : 4 + len(face)] = members[:, middles]
             faces.append(table)
             owners.append(np.arange(start, start + len(members)))
         start += len(members)

@@ -66,7 +66,7 @@ def frequency_errors(
     corners, sharp = elements[:, :4], np.zeros(len(nodes), dtype=bool)
     sharp[(inner_edges(nodes, elements) if edges is None else edges).ravel()] = True
     places = np.where(sharp[corners].any(axis=1), [[1.0], [0.0]], [[0.0], [1.0]])
-    at_edges, elsewhere = np.concatenate(
+    edge_errors, elsewhere = np.concatenate(
         [
             _jumps(nodes, elements, material, shapes[:, first:last].reshape(len(nodes), 3, -1), places)
             for first, last in pairwise([*range(0, shapes.shape[1], _MODES), shapes.shape[1]])
@@ -76,7 +76,7 @@ def frequency_errors(
     )
     omega2 = (2 * np.pi * frequency) ** 2
     share = np.where(omega2 > 0, 0.5 / np.where(omega2 > 0, omega2, 1.0), 0.0)
-    return share * (SHARP * at_edges + elsewhere), share * SHARP * at_edges
+    return share * (SHARP * edge_errors + elsewhere), share * SHARP * edge_errors
 
 
 def inner_edges(nodes: FloatArray, elements: IntArray) -> IntArray:
@@ -90,16 +90,16 @@ def inner_edges(nodes: FloatArray, elements: IntArray) -> IntArray:
     three in a quarter turn.
     """
     faces = boundary_faces([("tet", elements)], np.arange(len(nodes)), "body")
-    at = faces[:, [[0, 1, 2, 4, 5, 6], [1, 2, 0, 5, 6, 4], [2, 0, 1, 6, 4, 5]]].reshape(-1, 6)
-    a, b, c, ab, bc, ca = nodes[at].transpose(1, 0, 2)
-    into = 2.0 * (bc + ca - ab) - a - c  # from the middle of the edge into the face, but for a part along the edge
-    normal = np.cross(b - a, into)
+    sides = faces[:, [[0, 1, 2, 4, 5, 6], [1, 2, 0, 5, 6, 4], [2, 0, 1, 6, 4, 5]]].reshape(-1, 6)
+    a, b, c, ab, bc, ca = nodes[sides].transpose(1, 0, 2)
+    inward = 2.0 * (bc + ca - ab) - a - c  # from the middle of the edge into the face, but for a part along the edge
+    normal = np.cross(b - a, inward)
     normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
-    edges = np.sort(at[:, :2], axis=1)
+    edges = np.sort(sides[:, :2], axis=1)
     order = np.lexsort(edges.T)
     pair = np.flatnonzero((edges[order[1:]] == edges[order[:-1]]).all(axis=1))
     this, other = order[pair], order[pair + 1]
-    inner = (normal[this] * into[other]).sum(axis=1) > 0.0
+    inner = (normal[this] * inward[other]).sum(axis=1) > 0.0
     sharp = (normal[this] * normal[other]).sum(axis=1) < np.cos(np.radians(INNER_EDGE))
     return np.asarray(edges[this[inner & sharp]])
 

@@ -34,9 +34,9 @@ def nodal_stress(
     total, count = np.zeros((len(nodes), 6)), np.bincount(elements.ravel(), minlength=len(nodes))
     for start in range(0, len(elements), _CHUNK):
         part = elements[start : start + _CHUNK]
-        at_nodes = np.einsum("kq,mqs->mks", spread, _stress(nodes[part], displacement[part], gradient, material))
+        node_stress = np.einsum("kq,mqs->mks", spread, _stress(nodes[part], displacement[part], gradient, material))
         for component in range(6):
-            total[:, component] += np.bincount(part.ravel(), at_nodes[..., component].ravel(), len(nodes))
+            total[:, component] += np.bincount(part.ravel(), node_stress[..., component].ravel(), len(nodes))
     return total / np.maximum(count, 1)[:, None]
 
 

@@ -21,8 +21,8 @@ def squared_distance(point: FloatArray, corners: FloatArray) -> FloatArray:
     for p, q in ((a, b), (b, c), (c, a)):
         edge, arm = q - p, point - p
         inside &= np.einsum("...i,...i->...", np.cross(edge, arm), normal) >= 0
-        along = np.einsum("...i,...i->...", arm, edge) / np.einsum("...i,...i->...", edge, edge)
-        gap = arm - along.clip(0, 1)[..., None] * edge
+        share = np.einsum("...i,...i->...", arm, edge) / np.einsum("...i,...i->...", edge, edge)
+        gap = arm - share.clip(0, 1)[..., None] * edge
         nearest = np.minimum(nearest, np.einsum("...i,...i->...", gap, gap))
     return np.where(inside, height**2, nearest)
 
@@ -46,12 +46,12 @@ def planes(corners: FloatArray) -> Planes:
     a, b, c = corners.transpose(1, 0, 2)
     side, arm = b - a, c - a
     length = np.linalg.norm(side, axis=1)
-    along = side / length[:, None]
-    reach = np.einsum("ka,ka->k", arm, along)
-    across = arm - reach[:, None] * along
-    height = np.linalg.norm(across, axis=1)
-    across /= height[:, None]
-    axes = np.stack([along, across, np.cross(along, across)], axis=1)
+    first_axis = side / length[:, None]
+    reach = np.einsum("ka,ka->k", arm, first_axis)
+    second_axis = arm - reach[:, None] * first_axis
+    height = np.linalg.norm(second_axis, axis=1)
+    second_axis /= height[:, None]
+    axes = np.stack([first_axis, second_axis, np.cross(first_axis, second_axis)], axis=1)
     return Planes(a, axes, np.stack([length, reach, height], axis=1))
 
 

@@ -122,7 +122,11 @@ class Knobs:
     def __init_subclass__(cls, package: str, moved: Mapping[str, str] = MappingProxyType({})) -> None:
         cls.package, cls.moved = package, moved
         kinds = cls.__annotations__
-        entries = [declared(of).described(name, kinds[name]) for name, of in vars(cls).items() if isinstance(of, Field)]
+        entries = [
+            declared(attribute).described(name, kinds[name])
+            for name, attribute in vars(cls).items()
+            if isinstance(attribute, Field)
+        ]
         summary, _, notes = inspect.cleandoc(cls.__doc__ or cls.__name__).partition("\n\n")
         cls.__doc__ = "\n".join([summary, "", "Parameters", "----------", *entries, "", notes]).rstrip() + "\n"
 

@@ -98,9 +98,9 @@ def run_ups(place: Place) -> Numbers:
     save(plots.sweep_responses(up, down, titles()), place.picture)
     found: Numbers = {}
     for i, name in enumerate(THESIS_PAIRS):
-        at = int(np.argmax(up.rms[:, i]))
-        found[f"peak of {name} / µm"] = 1e6 * float(up.rms[at, i])
-        found[f"peak of {name} at / Hz"] = float(up.mesh_frequency[at])
+        peak = int(np.argmax(up.rms[:, i]))
+        found[f"peak of {name} / µm"] = 1e6 * float(up.rms[peak, i])
+        found[f"peak of {name} at / Hz"] = float(up.mesh_frequency[peak])
     return found
 
 
@@ -185,14 +185,16 @@ def study(place: Place, rows: Sequence[Harmonics], varied: int) -> Numbers:
         label = f"{('STE_av', 'STE_m', 'STE_h')[varied]} {row[varied]:g}"
         found[f"{label}: contact lost over, rising / Hz"] = STUDY_STEP * float(up.loses_contact[:, i].sum())
         for way, rms in responses.items():
-            at = jumps(rms[:, i])
+            jump_frequencies = jumps(rms[:, i])
             found[f"{label}: peak, {way} / µm"] = 1e6 * float(rms[:, i].max())
             found[f"{label}: peak at, {way} / Hz"] = float(STUDIED[rms[:, i].argmax()])
-            found[f"{label}: jumps, {way} / count"] = float(len(at))
-            if len(at):
+            found[f"{label}: jumps, {way} / count"] = float(len(jump_frequencies))
+            if len(jump_frequencies):
                 # main jump: that of the mesh order; sidebands meet the resonance above it
-                found[f"{label}: main jump, {way} / Hz"] = float(at[0])
-                found[f"{label}: height of main jump, {way} / µm"] = 1e6 * jump_height(rms[:, i], float(at[0]))
+                found[f"{label}: main jump, {way} / Hz"] = float(jump_frequencies[0])
+                found[f"{label}: height of main jump, {way} / µm"] = 1e6 * jump_height(
+                    rms[:, i], float(jump_frequencies[0])
+                )
     return found
 
 
@@ -200,19 +202,19 @@ def stiffness_orders(place: Place) -> Numbers:
     """Draw the orders of an error and of the stiffness F/STE that follows from it."""
     average, mesh, blank = 28e-6, 4e-6, 5e-6
     error, cycles = static_transmission_error(average=average, mesh=mesh, blank=blank, teeth=57, blank_order=8)
-    orders, of_error = order_lines(error, cycles, 57)
-    _, of_stiffness = order_lines(average**2 / error, cycles, 57)
+    orders, error_lines = order_lines(error, cycles, 57)
+    _, stiffness_lines = order_lines(average**2 / error, cycles, 57)
     drawn = {
-        "static transmission error": (orders, of_error),
-        "its inverse, as in the stiffness F/STE, times STE_av²": (orders, of_stiffness),
+        "static transmission error": (orders, error_lines),
+        "its inverse, as in the stiffness F/STE, times STE_av²": (orders, stiffness_lines),
     }
     save(plots.order_spectra(drawn, mesh_order=57.0, spacing=8.0, highest=130.0), place.picture)
     sides = [int(np.argmin(np.abs(orders - order))) for order in (49.0, 65.0)]
     return {
-        "STE, order 57 / µm": 1e6 * float(of_error[np.argmin(np.abs(orders - 57.0))]),
-        "STE, orders 49 and 65 / µm": 1e6 * float(of_error[sides].max()),
-        "1/STE, order 49 / µm": 1e6 * float(of_stiffness[sides[0]]),
-        "1/STE, order 65 / µm": 1e6 * float(of_stiffness[sides[1]]),
+        "STE, order 57 / µm": 1e6 * float(error_lines[np.argmin(np.abs(orders - 57.0))]),
+        "STE, orders 49 and 65 / µm": 1e6 * float(error_lines[sides].max()),
+        "1/STE, order 49 / µm": 1e6 * float(stiffness_lines[sides[0]]),
+        "1/STE, order 65 / µm": 1e6 * float(stiffness_lines[sides[1]]),
     }
 
 

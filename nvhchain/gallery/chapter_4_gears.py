@@ -38,7 +38,7 @@ TORQUES = (50.0, 300.0)
 ANGLES_PER_MESH = {2: 96, 3: 16}
 """Angles of a mesh: the period of gear 2 is one mesh, that of gear 3 nineteen."""
 
-BESIDE_PITCH = 1.0 / 96.0
+PITCH_DISTANCE = 1.0 / 96.0
 """Mesh periods before and after the pitch point between which the step is taken."""
 
 READING = "Gear 2 is taken as that with a thin web, gear 3 as that with three slots."
@@ -104,7 +104,7 @@ def transmission_errors(place: Place, friction: float) -> Numbers:
 
 def _step(touching: Engagement, torque: float, friction: float, bending: bool = False) -> float:
     """Return the error (m) just before the pitch point, where friction turns, less that just after it."""
-    force, angle = touching.pair.normal_force(torque), BESIDE_PITCH * touching.pair.mesh_period
+    force, angle = touching.pair.normal_force(torque), PITCH_DISTANCE * touching.pair.mesh_period
     before, after = (
         loaded_mesh(touching, side * angle, force, guess=1e-9 * force, friction=friction, friction_bending=bending)
         for side in (-1.0, 1.0)

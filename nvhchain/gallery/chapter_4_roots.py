@@ -71,15 +71,15 @@ def _strain(gear: int, fidelity: GearFidelity) -> dict[Load, FloatArray]:
     places: list[RootPlace] = [StrainGauge(flank), *(RootElement(flank, float(np.radians(angle))) for angle in ANGLES)]
     shares = {50.0: PASSAGE, 300.0: PASSAGE, NOMINAL: single_contact(pair)}
     loads = [(name, torque) for name in teeth for torque in shares]
-    without, rubbed = (
+    frictionless, rubbed = (
         [m for name, torque in loads for m in passage(touching, teeth[name], torque, shares[torque], friction)]
         for friction in (0.0, FRICTION)
     )
     numbers = tuple(teeth.values())
     found = np.stack(
         [
-            root_strain_modes(pair, WHEEL, places, numbers, touching.fidelity).strain(without),
-            nodal_force_strain(pair, WHEEL, places, numbers, without, touching.fidelity),
+            root_strain_modes(pair, WHEEL, places, numbers, touching.fidelity).strain(frictionless),
+            nodal_force_strain(pair, WHEEL, places, numbers, frictionless, touching.fidelity),
             nodal_force_strain(pair, WHEEL, places, numbers, rubbed, touching.fidelity, friction=FRICTION),
         ]
     )
@@ -128,10 +128,10 @@ def element_stress(place: Place, gear: int) -> Numbers:
             continue
         modes, forces = von_mises(strain[:2], STEEL)
         for angle in THREE:
-            at = 1 + ANGLES.index(angle)
+            element = 1 + ANGLES.index(angle)
             for method, stress in zip(METHODS, (modes, forces), strict=False):
-                found[f"{tooth}, {torque:g} Nm, {angle}°, {method} / MPa"] = 1e-6 * float(stress[:, at].max())
-            apart = max(apart, float(np.abs(modes[:, at] - forces[:, at]).max() / forces[:, at].max()))
+                found[f"{tooth}, {torque:g} Nm, {angle}°, {method} / MPa"] = 1e-6 * float(stress[:, element].max())
+            apart = max(apart, float(np.abs(modes[:, element] - forces[:, element]).max() / forces[:, element].max()))
     return {APART: 100.0 * apart} | found
 
 
@@ -141,15 +141,15 @@ def friction_stress(place: Place) -> Numbers:
     most: Numbers = {}
     for gear, teeth in TEETH.items():
         for tooth in teeth:
-            _, without, rubbed = von_mises(_strain(gear, place.fidelity.gear)[tooth, NOMINAL], STEEL)
-            change = 100.0 * np.abs(rubbed - without)[:, 1:]
+            _, frictionless, rubbed = von_mises(_strain(gear, place.fidelity.gear)[tooth, NOMINAL], STEEL)
+            change = 100.0 * np.abs(rubbed - frictionless)[:, 1:]
             for i, side in enumerate(("before", "after")):
-                for denominator, stress in (("with", rubbed), ("without", without)):
+                for denominator, stress in (("with", rubbed), ("without", frictionless)):
                     largest = float((change[i] / stress[i, 1:]).max())
                     most[f"{tooth}, {side} the pitch point: {CHANGES[denominator]}"] = largest
                 for element, angle in enumerate(ANGLES, 1):
                     label = f"{tooth}, {side} the pitch point, {angle}°"
-                    found[f"{label}, friction 0 / MPa"] = 1e-6 * float(without[i, element])
+                    found[f"{label}, friction 0 / MPa"] = 1e-6 * float(frictionless[i, element])
                     found[f"{label}, friction {FRICTION:g} / MPa"] = 1e-6 * float(rubbed[i, element])
     return most | found
 
@@ -203,9 +203,9 @@ ITEMS = (
         "after and 140 % before the pitch point over the stress with friction, 111 and 58 % over that without.",
         friction_stress,
         {
-            f"{tooth}, {side} the pitch point: {CHANGES['with']}": Stated(38.0, within, bound=True)
+            f"{tooth}, {side} the pitch point: {CHANGES['with']}": Stated(38.0, margin, bound=True)
             for tooth, before in (("gear 2", 0.28), ("over bulk", 0.08))
-            for side, within in (("before", before), ("after", 0.0))
+            for side, margin in (("before", before), ("after", 0.0))
         },
         f"{READING} Places of the elements, and the stress over which the thesis takes the change, are not recorded.",
         ("gear",),

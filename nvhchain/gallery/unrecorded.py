@@ -46,15 +46,15 @@ def deflection_parts(place: Place) -> Numbers:
     force, count = touching.pair.normal_force(300.0), touching.fidelity.angles_per_mesh
     share = np.arange(-count // 2, count // 2 + 1) / count
     rows, guess = [], 1e-5
-    for at in share:
-        loaded = loaded_mesh(touching, at * touching.pair.mesh_period, force, guess=guess)
+    for position in share:
+        loaded = loaded_mesh(touching, position * touching.pair.mesh_period, force, guess=guess)
         lines, guess, weight = loaded.lines, loaded.deflection, loaded.force / loaded.force.sum()
         local = touching.local_law(lines).deflection(loaded.force / lines.length)
         parts = touching.compliance(lines) @ loaded.force, local, touching.gap(lines)
         rows.append([loaded.deflection, *(float(weight @ part) for part in parts)])
-    of = 1e6 * np.array(rows).T
+    mean_parts = 1e6 * np.array(rows).T
     names = ("deflection", "global part, finite elements", "local part, Weber and Banaschek", "gap of the flanks")
-    curves: Curves = {name: (share, values) for name, values in zip(names, of, strict=True)}
+    curves: Curves = {name: (share, values) for name, values in zip(names, mean_parts, strict=True)}
     labels = ("position / mesh periods from the pitch point", "mean over the load / µm")
     write_curves({f"{NAMES[2]}, 300 Nm": curves}, place.picture, labels=labels)
     pitch = loaded_mesh(touching, 0.0, force, guess=guess)
@@ -62,7 +62,7 @@ def deflection_parts(place: Place) -> Numbers:
     load = pitch.force[middle] / pitch.lines.length[middle]
     return {
         "half width of the contact at the pitch point / mm": 2e3 * float(load / (np.pi * pitch.pressure[middle])),
-        "local part at the pitch point / %": 100.0 * float(of[2, count // 2] / of[0, count // 2]),
+        "local part at the pitch point / %": 100.0 * float(mean_parts[2, count // 2] / mean_parts[0, count // 2]),
     }
 
 

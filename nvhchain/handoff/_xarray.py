@@ -30,13 +30,13 @@ def dataset(hand_off: Declared) -> xarray.Dataset:
     coordinates: dict[str, Any] = {}
     for quantity in hand_off.declared.values():
         given = getattr(hand_off, quantity.name)  # also a computed one
-        about = {"units": quantity.unit, "long_name": quantity.meaning}
+        description = {"units": quantity.unit, "long_name": quantity.meaning}
         if hasattr(given, "to_xarray"):
             inside.append(given.to_xarray())
         elif dataclasses.is_dataclass(given):
             attributes |= {f"{quantity.name}_{key}": item for key, item in vars(given).items()}
         elif not quantity.absent(given):
-            variables[quantity.name] = (quantity.dims, np.asarray(given), about)
+            variables[quantity.name] = (quantity.dims, np.asarray(given), description)
             if quantity.names_axis:
                 coordinates[quantity.dims[0]] = _distinct(given)
     for dims, _, _ in variables.values():

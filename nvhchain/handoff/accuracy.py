@@ -118,14 +118,16 @@ class ForceAccuracy(Accuracy):
         ends = (self.parted_lowest_speed, 0.0), (self.parted_highest_speed, np.inf)
         speeds = [np.full(count, unknown) if end is None else end for end, unknown in ends]
         time = np.zeros(count) if self.parted_time is None else self.parted_time
-        columns = (of.tolist() for of in (time, *speeds))
+        columns = (column.tolist() for column in (time, *speeds))
         return list(zip(map(str, self.parted or ()), *columns, strict=True))
 
     def doubts(self) -> Iterator[Doubt]:
         """Yield warnings of meshes beyond their laws, and of contact loss under long steps."""
         ends = (self.lowest_deflection, self.highest_deflection, self.table_lowest, self.table_highest)
-        for mesh, *of in zip(self.law_exceeded or (), *(() if end is None else 1e6 * end for end in ends), strict=True):
-            lowest, highest, low, high = of
+        for mesh, *deflections in zip(
+            self.law_exceeded or (), *(() if end is None else 1e6 * end for end in ends), strict=True
+        ):
+            lowest, highest, low, high = deflections
             yield Doubt(
                 "deflection beyond the mesh law",
                 f"mesh {mesh}: deflections of {lowest:.4g}…{highest:.4g} µm leave the mesh law, tabulated over "
@@ -347,14 +349,14 @@ class SoundAccuracy(Accuracy):
             )
 
     def _line_doubts(self) -> Iterator[Doubt]:
-        error, of = self.interpolation_error_db, ""
+        error, reference = self.interpolation_error_db, ""
         if self.interpolation_error is not None and len(self.interpolation_error):
             error = float(20.0 * np.log10(1.0 + self.interpolation_error.max()))
-            of = f" of the peak pressure at field point {self.interpolation_error.argmax()}"
+            reference = f" of the peak pressure at field point {self.interpolation_error.argmax()}"
         if _exceeds(error, self.asked_interpolation_error_db):
             yield Doubt(
                 "interpolation",
-                f"interpolation between master frequencies errs by an estimated {error:.2g} dB{of} at "
+                f"interpolation between master frequencies errs by an estimated {error:.2g} dB{reference} at "
                 f"{self.interpolation_frequency:.4g} Hz, {self.asked_interpolation_error_db:g} dB asked: take more "
                 "masters, or let the engine choose them",
             )

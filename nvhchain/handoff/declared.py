@@ -229,9 +229,10 @@ def checked_array(field_name: str, given: Any, dtype: Any, shape: tuple[int | No
 
 def _check_increasing(field_name: str, axis: NDArray[Any]) -> None:
     if len(axis) > 1 and not (np.diff(axis) > 0).all():
-        at = int(np.argmin(np.diff(axis) > 0))
+        index = int(np.argmin(np.diff(axis) > 0))
         raise InputError(
-            f"{field_name} must increase strictly, but goes {axis[at]:g} → {axis[at + 1]:g} at index {at}: sort it"
+            f"{field_name} must increase strictly, but goes {axis[index]:g} → {axis[index + 1]:g} at index {index}: "
+            "sort it"
         )
 
 

@@ -91,7 +91,7 @@ class MeshPeriod(HandOff):
 
 
 _SLICES = "flank, angle, pair, slice"
-_OF_GEARS = f"gear, {_SLICES}"
+_GEAR_SLICES = f"gear, {_SLICES}"
 
 
 class ToothPairs(HandOff):
@@ -116,9 +116,9 @@ class ToothPairs(HandOff):
     gap: FloatArray = array("m", _SLICES, "unloaded gap as drawn")
     length: FloatArray = array("m", _SLICES, "length of the contact line")
     axial: FloatArray = array("m", _SLICES, "place along the axis from mid-width")
-    radius: FloatArray = array("m", _OF_GEARS, "radius of the contact point")
-    depth: FloatArray = array("m", _OF_GEARS, "depth from the contact point to the tooth's centre line")
-    edge: FloatArray = array("m", _OF_GEARS, "distance from the contact point to the tip edge")
+    radius: FloatArray = array("m", _GEAR_SLICES, "radius of the contact point")
+    depth: FloatArray = array("m", _GEAR_SLICES, "depth from the contact point to the tooth's centre line")
+    edge: FloatArray = array("m", _GEAR_SLICES, "distance from the contact point to the tip edge")
     edge_angle: FloatArray = array("rad", _SLICES, "angle of a tip edge in contact")
     curvature: FloatArray = array("m", _SLICES, "radius of relative curvature")
     compliance: FloatArray = array("m/N", f"{_SLICES}, other_slice", "approach of a slice under another's force")

@@ -86,8 +86,8 @@ def reduce_housing(
     check_thin_walls(casting, fidelity)
     tell = progress or (lambda done, total: None)
     tell(0, _STEPS)
-    with ThreadPoolExecutor(1) as beside:  # both wait for gmsh, in a process of its own
-        enveloped = beside.submit(radiating_surface, casting, surface_size)
+    with ThreadPoolExecutor(1) as pool:  # both wait for gmsh, in a process of its own
+        enveloped = pool.submit(radiating_surface, casting, surface_size)
         mesh = replace(mesh_casting(casting, fidelity), motions=motions)
         tell(1, _STEPS)
         surface = enveloped.result()
@@ -179,9 +179,9 @@ def reduce_mesh(
     ratio = thin_walls.long_edge(mesh.nodes, mesh.skin) / min(casting.wall, casting.end_wall)
     modes, errors = state_errors(modes, *found, ratio, corrected=fidelity.corrected_frequencies)
     report(3)
-    at = SkinMotion(sp.csr_matrix(motion @ T), surface, sp.csr_matrix(displaced @ T), places)
+    skin_motion = SkinMotion(sp.csr_matrix(motion @ T), surface, sp.csr_matrix(displaced @ T), places)
     seats = {bore.name: bore.centre for bore in casting.bores}
-    reduced = reduced_modes(modes, errors, at, seats, casting.modal_damping, f_max)
+    reduced = reduced_modes(modes, errors, skin_motion, seats, casting.modal_damping, f_max)
     report(4)
     return reduced.replace(structural_damping=casting.structural_damping)
 
@@ -221,8 +221,8 @@ def reduced_modes(
     frequency = np.concatenate([modes.frequency, modes.ritz.frequency[:moving]])
     shapes = np.hstack([modes.shapes, modes.ritz.shapes[:, :moving]])
     static, plain, finer = (
-        Vectors(of.frequency[first:], of.shapes[modes.seats, first:].T, (skin.faces @ of.shapes[:, first:]).T)
-        for of, first in ((modes.ritz, moving), (modes.plain, 0), (modes.finer, 0))
+        Vectors(ritz.frequency[first:], ritz.shapes[modes.seats, first:].T, (skin.faces @ ritz.shapes[:, first:]).T)
+        for ritz, first in ((modes.ritz, moving), (modes.plain, 0), (modes.finer, 0))
     )
     residual = static.static()
     reduced = ReducedHousing(
@@ -252,11 +252,11 @@ def left_uncorrected(ratio: float) -> float:
 
 
 def state_errors(
-    modes: SeatModes, errors: FloatArray, at_edges: FloatArray, ratio: float, *, corrected: bool
+    modes: SeatModes, errors: FloatArray, edge_errors: FloatArray, ratio: float, *, corrected: bool
 ) -> tuple[SeatModes, FloatArray]:
     """Return the modes and Ritz vectors, and the relative error that is stated of their frequencies.
 
-    errors, at_edges (m + r,): relative errors of the frequencies of modes and vectors due to the elements, and the
+    errors, edge_errors (m + r,): relative errors of the frequencies of modes and vectors due to the elements, and the
     part of these at sharp inner edges (`frequency_errors`).
     ratio: size of the elements over the thickness of their walls.
     corrected: whether frequencies are lowered by the error of the elements; modes are then sorted anew, as are vectors,
@@ -268,7 +268,7 @@ def state_errors(
     frequency, count = np.concatenate([modes.frequency, modes.ritz.frequency]), len(modes.frequency)
     lower = frequency * np.sqrt(1.0 - 2.0 * np.minimum(errors, _MOST))
     moved = np.where(frequency > 0.0, 1.0 - lower / np.where(frequency > 0.0, frequency, 1.0), 0.0)
-    part = np.where(errors > 0.0, at_edges / np.where(errors > 0.0, errors, 1.0), 0.0)
+    part = np.where(errors > 0.0, edge_errors / np.where(errors > 0.0, errors, 1.0), 0.0)
     wrong = moved * np.hypot(left_uncorrected(ratio) * part, _LEFT_ELSEWHERE * (1.0 - part))
     wrong += np.maximum(errors - _MOST, 0.0)
     wrong = np.where(frequency > 0.0, wrong, 0.0)

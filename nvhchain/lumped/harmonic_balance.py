@@ -104,13 +104,13 @@ def periodic_response(
         f"{start:g} → {stop:g} Hz: two different frequencies, positive and finite",
     )
     balance = _Balance.set_up(pair, fidelity)
-    towards = float(np.sign(stop - start))
+    direction = float(np.sign(stop - start))
     u = np.zeros(2 * balance.harmonics + 2)
     u[0], u[-1] = 1.0 + pair.half_backlash / balance.length, start / balance.unit
     u = balance.newton(u, np.eye(len(u))[-1], fidelity)
-    tangent = balance.tangent(u, towards * np.eye(len(u))[-1])
+    tangent = balance.tangent(u, direction * np.eye(len(u))[-1])
     points, step = [u], fidelity.arc_step
-    while points[-1][-1] * balance.unit * towards < stop * towards:
+    while points[-1][-1] * balance.unit * direction < stop * direction:
         if len(points) > fidelity.arc_points:
             raise SolverError(f"the curve did not reach {stop:g} Hz within {fidelity.arc_points} points")
         try:
@@ -247,8 +247,8 @@ class _Balance:
             u -= np.linalg.solve(np.vstack([derivative, normal]), np.append(res, 0.0))
         raise SolverError(f"harmonic balance did not converge at {u[-1] * self.unit:g} Hz")
 
-    def tangent(self, u: FloatArray, towards: FloatArray) -> FloatArray:
-        """Return the unit tangent of the curve at `u`, on the side of `towards`."""
+    def tangent(self, u: FloatArray, reference: FloatArray) -> FloatArray:
+        """Return the unit tangent of the curve at `u`, on the side of `reference`."""
         _, derivative = self.residual(u)
-        direction = np.linalg.solve(np.vstack([derivative, towards]), np.eye(len(u))[-1])
+        direction = np.linalg.solve(np.vstack([derivative, reference]), np.eye(len(u))[-1])
         return np.asarray(direction / np.linalg.norm(direction))

@@ -236,12 +236,12 @@ def _march(pairs: Sequence[GearPair], windows: Windows, state: FloatArray) -> tu
     load = np.array([p.force / p.mass for p in chosen])
     damping = np.array([2.0 * p.damping_ratio * p.angular_frequency for p in chosen])
     gap = np.array([p.half_backlash for p in chosen])
-    per_cycle = cells / cycles
+    cells_per_cycle = cells / cycles
     schedule = np.empty((len(windows.steps), 4))
     schedule[:, 0] = windows.step
-    schedule[:, 1] = (windows.phase % cycles) * per_cycle
-    schedule[:, 2] = per_cycle * windows.frequency * windows.step
-    schedule[:, 3] = per_cycle * windows.rate * windows.step**2
+    schedule[:, 1] = (windows.phase % cycles) * cells_per_cycle
+    schedule[:, 2] = cells_per_cycle * windows.frequency * windows.step
+    schedule[:, 3] = cells_per_cycle * windows.rate * windows.step**2
     # a phase that rounds up to the end of the table restarts at 0
     schedule[schedule[:, 1] >= cells, 1] = 0.0
     moving = np.ascontiguousarray(state[:, lane])

@@ -329,18 +329,20 @@ def _steady_windows(pairs: Sequence[GearPair], frequency: FloatArray, fidelity: 
         f"body periods of {sorted(periods)} mesh cycles do not fit into the longest: sweep these pairs apart",
     )
     record = fidelity.body_periods * max(periods)
-    per_cycle = np.ceil(np.maximum(1.0 / (frequency * fidelity.time_step) * (1 - 1e-12), fidelity.steps_per_period))
-    per_cycle = per_cycle.astype(np.int64)
+    steps_per_cycle = np.ceil(
+        np.maximum(1.0 / (frequency * fidelity.time_step) * (1 - 1e-12), fidelity.steps_per_period)
+    )
+    steps_per_cycle = steps_per_cycle.astype(np.int64)
     every = np.zeros((len(frequency), 1 + record), dtype=np.int64)
     if stride:
         # the last speed's steps per cycle become a multiple of the samples
-        every[-1, 1:] = -(-per_cycle[-1] // stride)
-        per_cycle[-1] = every[-1, -1] * stride
+        every[-1, 1:] = -(-steps_per_cycle[-1] // stride)
+        steps_per_cycle[-1] = every[-1, -1] * stride
     cycles = np.ones((len(frequency), 1 + record), dtype=np.int64)
     cycles[:, 0] = np.ceil(fidelity.settle_time * frequency).astype(np.int64)
     return Windows(
-        np.repeat(1.0 / (frequency * per_cycle), 1 + record),
-        (cycles * per_cycle[:, None]).ravel(),
+        np.repeat(1.0 / (frequency * steps_per_cycle), 1 + record),
+        (cycles * steps_per_cycle[:, None]).ravel(),
         np.concatenate(([0], np.cumsum(cycles.ravel())[:-1])).astype(float),
         np.repeat(frequency, 1 + record),
         every.ravel(),
@@ -356,11 +358,11 @@ def _response(
         v[: n_f * windows_per_speed].reshape(n_f, windows_per_speed, n_pair)[:, settling:]
         for v in (motion.mean, motion.rms, motion.lowest, motion.highest)
     )
-    within = np.square(rms).mean(axis=1)
+    mean_square = np.square(rms).mean(axis=1)
     return SweepResponse(
         frequency,
-        np.sqrt(within + mean.var(axis=1)),
-        np.sqrt(within),
+        np.sqrt(mean_square + mean.var(axis=1)),
+        np.sqrt(mean_square),
         mean.mean(axis=1),
         lowest.min(axis=1),
         highest.max(axis=1),

@@ -76,7 +76,7 @@ def percentile_curves(
     speeds = sorted({speed for speed, _, _ in points if speed is not None})
     if len(speeds) > 1:
         for percent in sorted({percent for _, percent, _ in points}, reverse=True):
-            found = {speed: value for speed, of, value in points if of == percent}
+            found = {speed: value for speed, point_percent, value in points if point_percent == percent}
             heights = [found[speed] for speed in speeds]
             axes.plot(speeds, heights, "o-", ms=3, label=f"{percent:g} % of the {drawn} below")
         axes.set(xlabel="input speed / rpm", ylabel=unit, title="" if torque is None else f"at {torque:g} N m")

@@ -65,7 +65,7 @@ def difference_table(configurations: Mapping[str, Mapping[str, Any]], *, stronge
     """
     require(len(configurations) > 0, "no configuration given: at least one is needed")
     names = list(configurations)
-    if all("over_speed" in of for of in configurations.values()):
+    if all("over_speed" in summary for summary in configurations.values()):
         return _run_up_table(configurations)
     found: dict[float, dict[str, float]] = {}
     frequency: dict[float, dict[str, None]] = {}
@@ -96,10 +96,10 @@ def _run_up_table(configurations: Mapping[str, Mapping[str, Any]]) -> Table:
     names = list(configurations)
     header = ("quantity", "n / rpm", *names, *(f"{name} − {names[0]}" for name in names[1:]))
     header += tuple(f"{name} {end} limit" for name in names for end in ("lower", "upper"))
-    overall = {name: float(of["overall_dBA"]) for name, of in configurations.items()}
-    edges = {name: of["error_band_dBA"] for name, of in configurations.items()}
+    overall = {name: float(summary["overall_dBA"]) for name, summary in configurations.items()}
+    edges = {name: summary["error_band_dBA"] for name, summary in configurations.items()}
     rows = [("whole record / dB(A)", "", *_cells(overall, names), *_edges(edges, names))]
-    curves = {name: _speed_rows(of["over_speed"]) for name, of in configurations.items()}
+    curves = {name: _speed_rows(summary["over_speed"]) for name, summary in configurations.items()}
     speeds = curves[names[0]][0]
     for speed in speeds if np.ptp(speeds) >= _SAME_SPEED * speeds.mean() else ():
         here = {
@@ -111,11 +111,13 @@ def _run_up_table(configurations: Mapping[str, Mapping[str, Any]]) -> Table:
         limits = {name: values[1:] for name, values in here.items()}
         rows.append(("at a speed / dB(A)", f"{speed:.0f}", *_cells(level, names), *_edges(limits, names)))
     for quantity in configurations[names[0]]["highest"]:
-        highest = {n: of["highest"][quantity] for n, of in configurations.items() if quantity in of["highest"]}
-        level = {name: float(of["level_db"]) for name, of in highest.items()}
+        highest = {
+            n: summary["highest"][quantity] for n, summary in configurations.items() if quantity in summary["highest"]
+        }
+        level = {name: float(peak["level_db"]) for name, peak in highest.items()}
         title, unit = quantity.rsplit(", ", 1)
-        where = "; ".join(f"{of['speed_rpm']:.0f}" for of in highest.values())
-        edges = {name: of.get("limits_db", (None, None)) for name, of in highest.items()}
+        where = "; ".join(f"{peak['speed_rpm']:.0f}" for peak in highest.values())
+        edges = {name: peak.get("limits_db", (None, None)) for name, peak in highest.items()}
         rows.append((f"highest {title} / {unit}", where, *_cells(level, names), *_edges(edges, names)))
     return Table(header, tuple(rows))
 

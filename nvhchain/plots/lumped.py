@@ -154,9 +154,9 @@ def rig_responses(
     """
     require(len(responses) > 0, "no response given: at least one is needed")
     (ax,) = panels(1, axes, height=4.4)
-    per_force = 1.0 if base_radius is None else 1e3 * base_radius**2
+    scale = 1.0 if base_radius is None else 1e3 * base_radius**2
     for index, (name, response) in enumerate(responses.items()):
-        ax.semilogy(frequency, MICRO * per_force * np.abs(response), color=colour(index), label=name)
+        ax.semilogy(frequency, MICRO * scale * np.abs(response), color=colour(index), label=name)
     ax.set_xlabel("frequency / Hz")
     ax.set_ylabel(
         "twist per torque / (µrad/Nm)" if base_radius is None else "transmission error per mesh force / (µm/kN)"

@@ -94,9 +94,9 @@ def matching(orders: FloatArray, wanted: FloatArray) -> np.ndarray:
 def order_name(order: float, mesh: Mapping[str, float], slots: Mapping[str, float]) -> str:
     """Return the origin of an order of the input, such as "stage1 × 6"; empty where it has none."""
     found = []
-    for stage, of_mesh in mesh.items():
-        harmonic = round(order / of_mesh)
-        if harmonic and abs(order - harmonic * of_mesh) < NEAR:
+    for stage, mesh_order in mesh.items():
+        harmonic = round(order / mesh_order)
+        if harmonic and abs(order - harmonic * mesh_order) < NEAR:
             found.append(f"{stage} × {harmonic}")
     if found:
         return " = ".join(found)

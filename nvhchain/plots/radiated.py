@@ -32,7 +32,8 @@ def efficiency_spectrum(efficiencies: Mapping[str, RadiationEfficiency], *, axes
     """
     floor = np.finfo(float).tiny
     curves = {
-        name: (of.frequency, 10.0 * np.log10(np.maximum(of.efficiency, floor))) for name, of in efficiencies.items()
+        name: (efficiency.frequency, 10.0 * np.log10(np.maximum(efficiency.efficiency, floor)))
+        for name, efficiency in efficiencies.items()
     }
     return _curves(curves, "radiation efficiency / dB", axes)
 
@@ -45,11 +46,11 @@ def directivity_spectrum(directivities: Mapping[str, Directivity], *, axes: Axes
     axes: axes; those of a new figure by default.
     """
     curves = {}
-    for name, of in directivities.items():
-        for index, point in enumerate(of.points):
+    for name, directivity in directivities.items():
+        for index, point in enumerate(directivity.points):
             place = ", ".join(f"{x:.4g}" for x in point)
             label = f"({place}) m" if len(directivities) == 1 else f"{name} ({place}) m"
-            curves[label] = (of.frequency, of.index[:, index])
+            curves[label] = (directivity.frequency, directivity.index[:, index])
     return _curves(curves, "directivity index / dB", axes)
 
 
@@ -67,7 +68,7 @@ def directivity_polar(
     diagram ends 30 dB below the largest index.
     """
     require(len(directivities) > 0, "nothing is given to draw: at least one configuration is needed")
-    places = [of.points for of in directivities.values()]
+    places = [directivity.points for directivity in directivities.values()]
     require(
         all(place.shape == places[0].shape and np.allclose(place, places[0]) for place in places),
         "the directivities have different field points: draw them one by one",
@@ -80,11 +81,11 @@ def directivity_polar(
     ax = axes or Figure(figsize=(7.0, 7.0), layout="constrained").add_subplot(projection="polar")
     assert isinstance(ax, PolarAxes)
     top, count = -np.inf, 0
-    for name, of in directivities.items():
+    for name, directivity in directivities.items():
         for wanted in frequency:
-            line = int(np.abs(of.frequency - wanted).argmin())
-            label = f"{of.frequency[line]:.4g} Hz"
-            index = of.index[line, order]
+            line = int(np.abs(directivity.frequency - wanted).argmin())
+            label = f"{directivity.frequency[line]:.4g} Hz"
+            index = directivity.index[line, order]
             style = ("-", "--", ":")[count // 6 % 3]
             ax.plot(
                 np.unwrap(angle[order]),
@@ -117,8 +118,8 @@ def _circle_angles(points: FloatArray) -> tuple[FloatArray, dict[int, str]]:
     _, spread, frame = np.linalg.svd(offset, full_matrices=False)
     require(bool(spread[1] > 0.05 * spread[0]), "field points lie on a line: give points on a circle")
     normal = frame[2] * np.sign(frame[2, np.abs(frame[2]).argmax()])
-    across = int(np.abs(normal).argmax())
-    first = np.eye(3)[(across + 1) % 3]
+    normal_axis = int(np.abs(normal).argmax())
+    first = np.eye(3)[(normal_axis + 1) % 3]
     u = first - (first @ normal) * normal
     u /= np.linalg.norm(u)
     v = np.cross(normal, u)
@@ -134,8 +135,8 @@ def _circle_angles(points: FloatArray) -> tuple[FloatArray, dict[int, str]]:
         "give points on a circle, or leave `at` out",
     )
     axis = "xyz"
-    exact = abs(normal[across]) > 1 - 1e-6
-    here, up = axis[(across + 1) % 3], axis[(across + 2) % 3]
+    exact = abs(normal[normal_axis]) > 1 - 1e-6
+    here, up = axis[(normal_axis + 1) % 3], axis[(normal_axis + 2) % 3]
     names = {0: f"{here} 0°", 90: f"{up} 90°"} if exact else {0: f"near {here} 0°"}
     return np.arctan2(y, x), names
 

@@ -90,7 +90,7 @@ def power_spectrum(
 
     powers: configuration → sound power.
     """
-    lines = {name: (of.frequency, levels.power_level(of.power)) for name, of in powers.items()}
+    lines = {name: (power.frequency, levels.power_level(power.power)) for name, power in powers.items()}
     return _plain_and_weighted(lines, ("W", "1 pW"), _common_input_frequency(powers), marks, dynamic_range, axes)
 
 
@@ -123,7 +123,9 @@ def _plain_and_weighted(
         ax.set_ylim(5.0 * np.ceil(highest / 5.0) + HEADROOM - dynamic_range, 5.0 * np.ceil(highest / 5.0) + HEADROOM)
         ax.set_ylabel(f"$L_{{{symbol}{'A' if weighted else ''}}}$ / {unit} re {reference}")
         weight = {name: lines[name][1] - plain[name][1] for name in limits}
-        handles = _draw(ax, lines, input_frequency, marks, {n: of[0] + weight[n][:, None] for n, of in limits.items()})
+        handles = _draw(
+            ax, lines, input_frequency, marks, {n: bounds[0] + weight[n][:, None] for n, bounds in limits.items()}
+        )
         overall = [Line2D([], [], color=colour(index), linewidth=3.0) for index in range(len(lines))]
         values = [
             f"{name}: overall {10.0 * np.log10(max((10.0 ** (level / 10.0)).sum(), SILENCE)):.1f} {unit}"
@@ -243,13 +245,13 @@ def _draw(
         if marks.slotted is None or name in marks.slotted:
             kinds.append(("slot sideband", marks.sideband_orders(orders[-1]), "D", 4.5, "white"))
         for kind, wanted, marker, size, fill in kinds:
-            at = seen & matching(orders, wanted)
-            if at.any():
+            matched = seen & matching(orders, wanted)
+            if matched.any():
                 style: dict[str, Any] = {"marker": marker, "markersize": size, "linestyle": "none"}
                 hue = colour(index)
                 ax.plot(
-                    frequency[at],
-                    value[at],
+                    frequency[matched],
+                    value[matched],
                     color=hue,
                     markerfacecolor=fill or hue,
                     transform=shifted,

@@ -72,11 +72,11 @@ def campbell(
     axes: axes; those of a new figure by default.
     """
     (ax,) = panels(1, None if axes is None else [axes], height=5.5)
-    rpm, top = 60.0 / (2.0 * np.pi) * speed, max(float(of[-1]) for of in frequency if len(of))
-    for at, (values, weights) in enumerate(zip(frequency, weight, strict=True)):
+    rpm, top = 60.0 / (2.0 * np.pi) * speed, max(float(values[-1]) for values in frequency if len(values))
+    for index, (values, weights) in enumerate(zip(frequency, weight, strict=True)):
         half = 0.5 * (rpm[1] - rpm[0])
         shade = [(*_MODE, 0.15 + 0.85 * min(3.0 * max(w, 0.0), 1.0)) for w in weights]
-        ax.hlines(values, max(rpm[at] - half, rpm[0]), min(rpm[at] + half, rpm[-1]), colors=shade, linewidth=1.2)
+        ax.hlines(values, max(rpm[index] - half, rpm[0]), min(rpm[index] + half, rpm[-1]), colors=shade, linewidth=1.2)
     ends = np.array([0.0, rpm[-1]])
     stages = list(dict.fromkeys(name.rsplit(" ", 2)[0] for name in orders))
     for name, rate in orders.items():
@@ -106,10 +106,10 @@ def _name_orders(ax: Axes, orders: Mapping[str, float], speeds: tuple[float, flo
     right = {name: slope * fastest / top for name, slope in ends.items() if slope * fastest <= top}
     above = {name: (top / slope - slowest) / (fastest - slowest) for name, slope in ends.items() if name not in right}
     for places, gap in ((right, 0.04), (above, 0.025)):
-        at = -np.inf
+        position = -np.inf
         for name in sorted(places, key=lambda one: places[one]):
-            at = max(places[name], at + gap)
-            place = (1.01, at) if places is right else (at, 1.01)
+            position = max(places[name], position + gap)
+            place = (1.01, position) if places is right else (position, 1.01)
             label = ax.annotate(name, place, xycoords="axes fraction", fontsize=9.0, annotation_clip=False)
             label.set_horizontalalignment("left" if places is right else "center")
             label.set_verticalalignment("center" if places is right else "bottom")

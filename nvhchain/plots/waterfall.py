@@ -50,11 +50,11 @@ def waterfall_maps(
     list of Axes
         One per configuration, with speed upwards and frequency or order to the right.
     """
-    sizes, highest, over_orders = _levels_of(waterfalls, unit)
+    sizes, highest, has_orders = _levels_of(waterfalls, unit)
     drawn = panels(len(waterfalls), axes, height=4.4)
-    for ax, (name, of) in zip(drawn, waterfalls.items(), strict=True):
-        speed = 60.0 / (2.0 * np.pi) * of.input_speed
-        axis, size = _strongest(of.axis[1:], sizes[name])
+    for ax, (name, waterfall) in zip(drawn, waterfalls.items(), strict=True):
+        speed = 60.0 / (2.0 * np.pi) * waterfall.input_speed
+        axis, size = _strongest(waterfall.axis[1:], sizes[name])
         level = 20.0 * np.log10(np.maximum(size, 10.0 ** ((highest - dynamic_range) / 20.0)))
         upwards = np.argsort(speed)
         image = ax.pcolormesh(
@@ -72,11 +72,11 @@ def waterfall_maps(
         ax.grid(False)
         figure = figure_of(ax)
         figure.colorbar(image, ax=ax, label=_reference(unit))
-        handles = _draw_orders(ax, of, marks) if marks is not None else []
+        handles = _draw_orders(ax, waterfall, marks) if marks is not None else []
         if handles and ax is drawn[0]:
             # below the figure: inside, it would hide the orders
             figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
-    drawn[-1].set_xlabel("order of the input shaft" if over_orders else "frequency / Hz")
+    drawn[-1].set_xlabel("order of the input shaft" if has_orders else "frequency / Hz")
     return drawn
 
 
@@ -98,7 +98,7 @@ def mean_spectra(
     list of Axes
         One, with a curve per configuration over frequency or order.
     """
-    sizes, _, over_orders = _levels_of(waterfalls, unit)
+    sizes, _, has_orders = _levels_of(waterfalls, unit)
     (ax,) = panels(1, axes, height=4.4)
     levels = {name: 10.0 * np.log10(np.maximum((size**2).mean(axis=0), 1e-300)) for name, size in sizes.items()}
     for index, (name, level) in enumerate(levels.items()):
@@ -108,7 +108,7 @@ def mean_spectra(
     ax.margins(x=0.0)
     ax.set_title(f"{next(iter(levels))}, mean of windows" if len(levels) == 1 else "mean of windows", loc="left")
     ax.set_ylabel(f"level / {_reference(unit)}")
-    ax.set_xlabel("order of the input shaft" if over_orders else "frequency / Hz")
+    ax.set_xlabel("order of the input shaft" if has_orders else "frequency / Hz")
     if len(levels) > 1:
         figure_of(ax).legend(loc="outside lower center", ncols=min(len(levels), 2))
     return [ax]
@@ -124,11 +124,11 @@ def _levels_of(waterfalls: Mapping[str, Waterfall], unit: str) -> tuple[dict[str
     Amplitudes of several channels are added in energy.
     """
     require(len(waterfalls) > 0, "no waterfall given: at least one configuration is needed")
-    kinds = {of.has_orders for of in waterfalls.values()}
+    kinds = {waterfall.has_orders for waterfall in waterfalls.values()}
     require(len(kinds) == 1, "some waterfalls are against frequency, some against order: plot them apart")
     sizes = {
-        name: np.sqrt((np.abs(of.amplitude.reshape(*of.amplitude.shape[:2], -1)) ** 2).sum(axis=2))[:, 1:]
-        for name, of in waterfalls.items()
+        name: np.sqrt((np.abs(waterfall.amplitude.reshape(*waterfall.amplitude.shape[:2], -1)) ** 2).sum(axis=2))[:, 1:]
+        for name, waterfall in waterfalls.items()
     }
     reference = np.sqrt(2.0) * REFERENCE_PRESSURE if unit == "Pa" else 1.0
     sizes = {name: size / reference for name, size in sizes.items()}

@@ -73,7 +73,9 @@ def _stale_files(case: Case, fidelity: Fidelity, folder: Path) -> list[Path]:
     try:
         earlier = json.loads((folder / "case.json").read_text(encoding="utf-8"))
         now = json.loads(_record(case, fidelity))
-        before, after = (_changing({key: of[key] for key in earlier.keys() & now.keys()}) for of in (earlier, now))
+        before, after = (
+            _changing({key: record[key] for key in earlier.keys() & now.keys()}) for record in (earlier, now)
+        )
     except (OSError, ValueError, TypeError, KeyError, RecursionError):
         return []
     if before == after:
@@ -90,8 +92,8 @@ def _stale_files(case: Case, fidelity: Fidelity, folder: Path) -> list[Path]:
 
 def _changing(record: dict[str, Any], *others: str) -> dict[str, Any]:
     """Return what changes results in a record, without other fields of the case."""
-    without = (*_UNHEARD, *others)
-    kept = {path: value for path, value in record["values"].items() if path.partition(".")[0] not in without}
+    excluded = (*_UNHEARD, *others)
+    kept = {path: value for path, value in record["values"].items() if path.partition(".")[0] not in excluded}
     return {name: value for name, value in record.items() if name not in others} | {"values": kept}
 
 
@@ -171,11 +173,11 @@ def gear_outlines(case: Case) -> dict[str, Any]:
 
 
 def _outline(body: GearBody) -> dict[str, Any]:
-    of = body.geometry
-    root, angle = of.fillet(np.linspace(1.0, 0.0, FILLET, endpoint=False))
-    flank, half = of.outline(FLANK)
+    geometry = body.geometry
+    root, angle = geometry.fillet(np.linspace(1.0, 0.0, FILLET, endpoint=False))
+    flank, half = geometry.outline(FLANK)
     tooth = np.column_stack([np.append(root, flank), np.append(angle, half)])
-    found: dict[str, Any] = {"teeth": of.teeth, "tooth": _short(tooth), "bore": of.bore_radius}
+    found: dict[str, Any] = {"teeth": geometry.teeth, "tooth": _short(tooth), "bore": geometry.bore_radius}
     web, cut = body.blank.web, body.blank.cutouts
     if web is not None:
         found["web"] = [web.hub_radius, web.rim_radius]

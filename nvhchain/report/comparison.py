@@ -185,7 +185,7 @@ def _compared(
             records.enter_context(recorded_case(asked[case.name], fidelity, out / case.name))
         shared: dict[str, Any] = {"operators": out / OPERATORS, "executor": executor, "watcher": watcher}
         results = {case.name: chain.run(case, fidelity=fidelity, out=out / case.name, **shared) for case in cases}
-        results = {name: replace(of, decision=decisions.get(name)) for name, of in results.items()}
+        results = {name: replace(run, decision=decisions.get(name)) for name, run in results.items()}
     for name, result in results.items():
         record_modes(result.case, fidelity=fidelity, out=out / name, operators=out / OPERATORS)
     maps = {} if running_up else _maps(results, states, out, out / OPERATORS, watcher)

@@ -87,12 +87,12 @@ def contributions(
     if not (recorded and _summarised(result, out)):
         write_summary({case.name: result}, out)  # for the page of this folder
     forces = "bearing_forces" if case.operation.ramp else "force_spectrum"
-    of: dict[str, Any] = {
+    hand_offs: dict[str, Any] = {
         "housing": result.housing,
         forces: result.bearing_forces if case.operation.ramp else result.force_spectrum,
         "transfer_vectors": result.transfer_vectors,
     }
-    missing = [name for name, one in of.items() if one is None]
+    missing = [name for name, one in hand_offs.items() if one is None]
     require(
         not missing, f"contributions take {', '.join(missing)}, which this run did not need: do not hand in a result"
     )
@@ -101,7 +101,7 @@ def contributions(
         turns = _loudest_order(result) if order is None else order
         split = result_parts(result, turns)
     else:
-        split = force_parts(of[forces], of["housing"], of["transfer_vectors"], fidelity.acoustics)
+        split = force_parts(hand_offs[forces], hand_offs["housing"], hand_offs["transfer_vectors"], fidelity.acoustics)
     if split is None:
         raise InputError(
             f"order {turns:g} has no speed in the band of {case.name}: give another order"
@@ -111,11 +111,11 @@ def contributions(
     found = dict(zip(("paths", "modes"), split, strict=True))
     velocity = result.surface_velocity
     if turns is not None:
-        load = order_load(of[forces], of["transfer_vectors"], turns, high=float(case.band.high))
-        velocity = None if load is None else respond(of["housing"], load)
+        load = order_load(hand_offs[forces], hand_offs["transfer_vectors"], turns, high=float(case.band.high))
+        velocity = None if load is None else respond(hand_offs["housing"], load)
     panels = None if velocity is None else case.housing.panels(case, velocity.surface)
     if panels is not None and velocity is not None:
-        radiate = partial(acoustics.radiate, of["transfer_vectors"], fidelity=fidelity.acoustics)
+        radiate = partial(acoustics.radiate, hand_offs["transfer_vectors"], fidelity=fidelity.acoustics)
         found["panels"] = panel_contributions(velocity, panels, radiate)
     points = [point.name for point in case.field_points]
     for kind, parts in found.items():
@@ -161,7 +161,7 @@ def _loudest_order(result: Result) -> float:
     marks = order_marks([result.case])
     high = float(result.case.band.high)  # type: ignore[union-attr]
     curves = curves_of(run_up_maps({"": result.pressure_history}, marks, high=high), marks)[""]
-    cuts = [of for of in curves if of.order is not None]
+    cuts = [curve for curve in curves if curve.order is not None]
     require(len(cuts) > 0, f"{result.case.name} has no loud order over its run-up: give `order`")
     return loudest(cuts)[0]
 

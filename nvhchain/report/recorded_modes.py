@@ -57,15 +57,17 @@ def modes_over_speed(case: GearboxCase, **options: Any) -> Sequence[SystemModes]
     return chain.system_modes(case, [nominal, *np.linspace(0.0, fastest, _SPEEDS)], **options)
 
 
-def mode_record(case: GearboxCase, modes: SystemModes, over_speed: Sequence[SystemModes]) -> dict[str, Any]:
+def mode_record(case: GearboxCase, modes: SystemModes, speed_modes: Sequence[SystemModes]) -> dict[str, Any]:
     """Return the content of modes.json."""
     kept = min(int(np.searchsorted(modes.frequency, case.band.high, side="right")), MOST)
     return {
         "input_torque_Nm": modes.input_torque,
         "nominal_rpm": 30.0 / pi * modes.input_speed,
-        "speed_rpm": [30.0 / pi * of.input_speed for of in over_speed],
-        "over_speed_Hz": [_short(of.frequency[of.frequency <= case.band.high]) for of in over_speed],
-        "over_speed_mesh_share": [_short(mesh_share(of)[of.frequency <= case.band.high]) for of in over_speed],
+        "speed_rpm": [30.0 / pi * mode_set.input_speed for mode_set in speed_modes],
+        "over_speed_Hz": [_short(mode_set.frequency[mode_set.frequency <= case.band.high]) for mode_set in speed_modes],
+        "over_speed_mesh_share": [
+            _short(mesh_share(mode_set)[mode_set.frequency <= case.band.high]) for mode_set in speed_modes
+        ],
         "orders": {
             f"{name} × {k}": k * order for name, order in mesh_orders(case).items() for k in range(1, HARMONICS + 1)
         },
@@ -94,17 +96,19 @@ def _cylinders(case: GearboxCase) -> list[dict[str, Any]]:
     axes = {shaft.name: list(shaft.axis) for shaft in case.shafts}
     found = [
         {
-            "rotor": shaft.name, "axis": axes[shaft.name], "ends": [of.start, of.end],
-            "radii": [of.outer_diameter / 2, of.outer_diameter / 2], "teeth": 0,
+            "rotor": shaft.name, "axis": axes[shaft.name], "ends": [segment.start, segment.end],
+            "radii": [segment.outer_diameter / 2, segment.outer_diameter / 2], "teeth": 0,
         }
         for shaft in case.shafts
-        for of in shaft.segments
+        for segment in shaft.segments
     ]  # fmt: skip
     for gear in case.gears:
-        of = gear.geometry
-        ends = [gear.z - of.face_width / 2, gear.z + of.face_width / 2]
-        radii = [of.root_radius, of.tip_circle_radius]
-        found.append({"rotor": gear.rotor, "axis": axes[gear.shaft], "ends": ends, "radii": radii, "teeth": of.teeth})
+        geometry = gear.geometry
+        ends = [gear.z - geometry.face_width / 2, gear.z + geometry.face_width / 2]
+        radii = [geometry.root_radius, geometry.tip_circle_radius]
+        found.append(
+            {"rotor": gear.rotor, "axis": axes[gear.shaft], "ends": ends, "radii": radii, "teeth": geometry.teeth}
+        )
     return found
 
 

@@ -55,19 +55,19 @@ class Curve:
     order: float | None = None
 
 
-def curve_title(of: Curve) -> str:
+def curve_title(curve: Curve) -> str:
     """Return name and unit of a curve."""
-    return f"{of.name}, {of.unit}"
+    return f"{curve.name}, {curve.unit}"
 
 
 def loudest(cuts: Sequence[Curve]) -> tuple[float, float]:
     """Return the order of the cut that is loudest in dB(A), and its speed (rad/s) there."""
     found: list[tuple[float, float, float]] = []
-    for of in cuts:
-        assert of.order is not None
-        weighted = of.level + levels.a_weighting(np.maximum(of.order * of.speed / (2 * pi), 1e-3))
-        at = int(weighted.argmax())
-        found.append((float(weighted[at]), of.order, float(of.speed[at])))
+    for cut in cuts:
+        assert cut.order is not None
+        weighted = cut.level + levels.a_weighting(np.maximum(cut.order * cut.speed / (2 * pi), 1e-3))
+        peak = int(weighted.argmax())
+        found.append((float(weighted[peak]), cut.order, float(cut.speed[peak])))
     return max(found)[1:]
 
 
@@ -79,15 +79,17 @@ def run_up_maps(
     Orders reach to those that stay below `high` up to the mean speed, for half of a steady run-up. The maps against
     order have one axis, also those of different ramps: the coarsest resolution and the highest order of all.
     """
-    signals = {name: (of.pressure[:, 0], sample_rate(of), of.input_speed) for name, of in histories.items()}
-    highest = max((_highest_order(of, marks, high) for of in histories.values()), default=0.0)
-    resolution = max((_order_resolution(*of) for of in signals.values()), default=0.0)
+    signals = {
+        name: (history.pressure[:, 0], sample_rate(history), history.input_speed) for name, history in histories.items()
+    }
+    highest = max((_highest_order(history, marks, high) for history in histories.values()), default=0.0)
+    resolution = max((_order_resolution(*signal) for signal in signals.values()), default=0.0)
     return {
         name: (
-            input_frequency_waterfall(*of, high=high),
-            input_order_waterfall(*of, high=highest, resolution=resolution),
+            input_frequency_waterfall(*signal, high=high),
+            input_order_waterfall(*signal, high=highest, resolution=resolution),
         )
-        for name, of in signals.items()
+        for name, signal in signals.items()
     }
 
 
@@ -100,11 +102,11 @@ def _highest_order(history: PressureHistory, marks: OrderMarks, high: float) -> 
 
 def curves_of(maps: Mapping[str, tuple[Waterfall, Waterfall]], marks: OrderMarks) -> dict[str, list[Curve]]:
     """Return the curves over speed from the maps against frequency and order."""
-    in_order = [of for _, of in maps.values()]
-    orders = main_orders(in_order, marks)
+    order_maps = [order_map for _, order_map in maps.values()]
+    orders = main_orders(order_maps, marks)
     return {
-        name: [_overall(in_frequency), *_cuts(in_orders, orders, marks)]
-        for name, (in_frequency, in_orders) in maps.items()
+        name: [_overall(frequency_map), *_cuts(order_map, orders, marks)]
+        for name, (frequency_map, order_map) in maps.items()
     }
 
 
@@ -116,9 +118,9 @@ def main_orders(maps: Sequence[Waterfall], marks: OrderMarks) -> list[float]:
     """
     axis = maps[0].axis
     energy = np.zeros(len(axis))
-    for of in maps:
-        weight = 10 ** (levels.a_weighting(np.outer(of.input_speed / (2 * pi), axis)) / 10)
-        energy = np.maximum(energy, (np.abs(of.amplitude) ** 2 * weight).mean(axis=0))
+    for order_map in maps:
+        weight = 10 ** (levels.a_weighting(np.outer(order_map.input_speed / (2 * pi), axis)) / 10)
+        energy = np.maximum(energy, (np.abs(order_map.amplitude) ** 2 * weight).mean(axis=0))
     energy[:3] = 0.0  # the mean and its leakage
     found: list[float] = []
     for line in np.argsort(-energy):
@@ -149,11 +151,11 @@ def run_up_summary(history: PressureHistory, curves: Sequence[Curve]) -> dict[st
         "end_speed_rpm": 30 / pi * float(history.input_speed[-1]),
         "overall_dBA": float(levels.equivalent(history.pressure[:, 0], sample_rate=sample_rate(history))),
         "highest": {
-            curve_title(of): {
-                "level_db": float(of.level.max()),
-                "speed_rpm": 30 / pi * float(of.speed[of.level.argmax()]),
+            curve_title(curve): {
+                "level_db": float(curve.level.max()),
+                "speed_rpm": 30 / pi * float(curve.speed[curve.level.argmax()]),
             }
-            for of in curves
+            for curve in curves
         },
     }
 
@@ -181,8 +183,8 @@ def window_levels(
     level = _overall(windows).level
     with np.errstate(invalid="ignore"):
         offsets = np.where(parts[:, None] > SILENT_LEVEL, limits - parts[:, None], [-np.inf, 0.0])
-    at = (windows.time / float(history.time[-1] - history.time[0]) * len(parts)).astype(int)
-    return windows.input_speed, level, level[:, None] + offsets[np.minimum(at, len(parts) - 1)]
+    part_index = (windows.time / float(history.time[-1] - history.time[0]) * len(parts)).astype(int)
+    return windows.input_speed, level, level[:, None] + offsets[np.minimum(part_index, len(parts) - 1)]
 
 
 def input_frequency_waterfall(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
@@ -220,19 +222,19 @@ def sample_rate(record: PressureHistory | BearingForces) -> float:
     return (len(record.time) - 1) / float(record.time[-1] - record.time[0])
 
 
-def _overall(in_frequency: Waterfall) -> Curve:
+def _overall(frequency_map: Waterfall) -> Curve:
     """Return the A-weighted level of all lines."""
-    lines = in_frequency.amplitude[:, 1:].T / np.sqrt(WINDOW_BANDWIDTH)
-    return Curve("overall", "dB(A)", in_frequency.input_speed, levels.overall(in_frequency.axis[1:], lines))
+    lines = frequency_map.amplitude[:, 1:].T / np.sqrt(WINDOW_BANDWIDTH)
+    return Curve("overall", "dB(A)", frequency_map.input_speed, levels.overall(frequency_map.axis[1:], lines))
 
 
-def _cuts(in_orders: Waterfall, orders: Sequence[float], marks: OrderMarks) -> list[Curve]:
+def _cuts(order_map: Waterfall, orders: Sequence[float], marks: OrderMarks) -> list[Curve]:
     if not orders:
         return []
-    cuts = levels.decibel(order_cut(in_orders, orders))
+    cuts = levels.decibel(order_cut(order_map, orders))
     found = []
     for order, cut in zip(orders, cuts.T, strict=True):
         origin = order_name(order, marks.mesh, marks.slots)
         name = f"order {order:.4g}" + (f" ({origin})" if origin else "")
-        found.append(Curve(name, "dB", in_orders.input_speed, cut, order))
+        found.append(Curve(name, "dB", order_map.input_speed, cut, order))
     return found

@@ -107,8 +107,8 @@ def remarks(summary: Mapping[str, Any]) -> list[Remark]:
     for name, configuration in others:
         found.append(_overall(name, configuration, base, first, point))
         mesh, slots = joined_orders(
-            (design, of.get("mesh_orders", {}), of.get("slot_orders", {}))
-            for design, of in ((base, first), (name, configuration))
+            (design, entry.get("mesh_orders", {}), entry.get("slot_orders", {}))
+            for design, entry in ((base, first), (name, configuration))
         )
         origin = partial(order_name, mesh=mesh, slots=slots)
         if "over_speed" in configuration:
@@ -121,7 +121,7 @@ def remarks(summary: Mapping[str, Any]) -> list[Remark]:
             found += _states(name, configuration, first)
             texts = _lines(configuration, first, origin)
         found += map(Remark, texts)
-    limits = [text for name, of in summary["configurations"].items() for text in _limits(name, of)]
+    limits = [text for name, entry in summary["configurations"].items() for text in _limits(name, entry)]
     return found + [Remark(text, "limits") for text in limits]
 
 
@@ -132,7 +132,7 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
     if "difference_limits_db" in other:
         (least, most), how = _ends(other["difference_limits_db"]), ""
     else:
-        lower, upper = (_ends(of.get("error_band_dBA", (None, None))) for of in (other, first))
+        lower, upper = (_ends(design.get("error_band_dBA", (None, None))) for design in (other, first))
         least, most, how = lower[0] - upper[1], lower[1] - upper[0], " if the errors of both levels add up"
     word = "louder" if difference > 0 else "quieter"
     if difference < 0:
@@ -140,11 +140,11 @@ def _overall(name: str, other: Mapping[str, Any], base: str, first: Mapping[str,
     alike, limits = abs(difference) < ALIKE, f"{_interval(least, most)}{how}"
     narrower = "" if least > 0 else _remedy((base, first), (name, other))
     doubt = "" if least > 0 else f"; {DOUBTS[alike]}"
-    speeds = {round(float(of.get("input_speed_rpm") or 0.0), 3) for of in (other, first)}
+    speeds = {round(float(design.get("input_speed_rpm") or 0.0), 3) for design in (other, first)}
     speed = ""
     if "over_speed" not in other and all(speeds):
-        own, of_first = (f"{of['input_speed_rpm']:g} rpm" for of in (other, first))
-        speed = f" and {own}" if len(speeds) == 1 else f", {name} at {own} and {base} at {of_first}"
+        own, base_speed = (f"{design['input_speed_rpm']:g} rpm" for design in (other, first))
+        speed = f" and {own}" if len(speeds) == 1 else f", {name} at {own} and {base} at {base_speed}"
     change = f"{name} is {abs(difference):.1f} dB {word} than {base}"
     if alike:
         change = f"{name} and {base} are alike within rounding, 0.0 dB apart"
@@ -171,42 +171,42 @@ def _run_up_remark(name: str, other: Mapping[str, Any], first: Mapping[str, Any]
         return Remark("  no speed is common to both")
     ends = int(difference.argmin()), int(difference.argmax())
     word, count = _majority(difference)
-    low, high = (f"{number_text(difference[at], '+.1f')} dB at {speed[at]:.0f} rpm" for at in ends)
+    low, high = (f"{number_text(difference[end], '+.1f')} dB at {speed[end]:.0f} rpm" for end in ends)
     text = f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {_count_of(count, len(speed))} speeds: "
     return Remark(f"{text}between {low} and {high}", "speeds")
 
 
 def _states(name: str, other: Mapping[str, Any], first: Mapping[str, Any]) -> list[Remark]:
     """Return the sentence on further steady speeds and torques; none without any."""
-    of, before = other.get("steady_states"), first.get("steady_states")
-    if of is None or before is None:
+    after, before = other.get("steady_states"), first.get("steady_states")
+    if after is None or before is None:
         return []
-    level, base = (np.array(each["level_dBA"], dtype=float) for each in (of, before))
-    difference, torque, speed = level - base, of["torque_Nm"], of["speed_rpm"]
+    level, base = (np.array(each["level_dBA"], dtype=float) for each in (after, before))
+    difference, torque, speed = level - base, after["torque_Nm"], after["speed_rpm"]
     known = np.isfinite(difference)
     if not known.any():
         return []
-    ends = [np.unravel_index(at, level.shape) for at in (np.nanargmin(difference), np.nanargmax(difference))]
-    at = [f"{speed[j]:.0f} rpm" + (f" and {torque[i]:g} N m" if len(torque) > 1 else "") for i, j in ends]
+    ends = [np.unravel_index(index, level.shape) for index in (np.nanargmin(difference), np.nanargmax(difference))]
+    places = [f"{speed[j]:.0f} rpm" + (f" and {torque[i]:g} N m" if len(torque) > 1 else "") for i, j in ends]
     low, high = (number_text(float(difference[place]), "+.1f") for place in ends)
     mean = [10.0 * np.log10(np.mean(10.0 ** (each[known] / 10.0))) for each in (level, base)]
     energy = number_text(float(mean[0] - mean[1]), "+.1f")
     word, count = _majority(difference[known])
     what = "steady states" if len(torque) > 1 else "speeds"
-    sure = decided_states(of, difference) & ((difference > 0) == (word == "louder"))
+    sure = decided_states(after, difference) & ((difference > 0) == (word == "louder"))
     where = f"{_count_of(count, known.sum())} {what}"
-    if DIFFERENCE in of:
+    if DIFFERENCE in after:
         where += f", with 95 % certainty at {'all' if sure.sum() == count > 0 else sure.sum() or 'none'} of them"
     text = f"  from {speed[0]:.0f} to {speed[-1]:.0f} rpm {name} is {word} at {where}: "
-    text += f"between {low} dB at {at[0]} and {high} dB at {at[1]}; {energy} dB in the energy mean"
+    text += f"between {low} dB at {places[0]} and {high} dB at {places[1]}; {energy} dB in the energy mean"
     return [Remark(text, "speeds")]
 
 
-def decided_states(of: Mapping[str, Any], difference: FloatArray) -> Any:
+def decided_states(steady: Mapping[str, Any], difference: FloatArray) -> Any:
     """Return True (n_torque, n_speed) for the steady states whose limits of the difference (dB) leave out 0."""
-    if DIFFERENCE not in of:
+    if DIFFERENCE not in steady:
         return np.isfinite(difference)
-    low, high = np.moveaxis(np.array(of[DIFFERENCE], dtype=float), -1, 0)
+    low, high = np.moveaxis(np.array(steady[DIFFERENCE], dtype=float), -1, 0)
     return (low > 0) | (high < 0)
 
 
@@ -220,7 +220,7 @@ def _count_of(count: int, total: int) -> str:
     return f"all {total}" if count == total > 1 else f"{count} of {total}"
 
 
-def _orders(of_name: str, other: Mapping[str, Any], base: str, first: Mapping[str, Any]) -> list[str]:
+def _orders(other_name: str, other: Mapping[str, Any], base: str, first: Mapping[str, Any]) -> list[str]:
     """Return a line of text for each of the orders whose highest level changes most."""
     found, before = other.get("highest", {}), first.get("highest", {})
     common = [name for name in found if name in before and name.startswith("order")]
@@ -228,7 +228,7 @@ def _orders(of_name: str, other: Mapping[str, Any], base: str, first: Mapping[st
     return [
         f"  highest level of {name.removesuffix(', dB')}: {number_text(before[name]['level_db'])} dB at "
         f"{before[name]['speed_rpm']:.0f} rpm in {base}, {number_text(found[name]['level_db'])} dB at "
-        f"{found[name]['speed_rpm']:.0f} rpm in {of_name}"
+        f"{found[name]['speed_rpm']:.0f} rpm in {other_name}"
         for name in common[:LINES]
     ]
 
@@ -252,16 +252,18 @@ def _lines(other: Mapping[str, Any], first: Mapping[str, Any], origin: Callable[
     if not difference:
         return []
     causes = other.get("causes") or _level_causes(other, first)
-    lines = sorted((of for of in causes if of["order"] is not None), key=lambda of: -abs(of["part_db"]))
+    lines = sorted((cause for cause in causes if cause["order"] is not None), key=lambda cause: -abs(cause["part_db"]))
     found = [
-        (of["part_db"], _told(of, origin(of["order"]), first, other))
-        for of in lines[:LINES]
-        if abs(of["part_db"] / difference) >= LEAST_SHARE and abs(of["part_db"]) >= ALIKE
+        (cause["part_db"], _told(cause, origin(cause["order"]), first, other))
+        for cause in lines[:LINES]
+        if abs(cause["part_db"] / difference) >= LEAST_SHARE and abs(cause["part_db"]) >= ALIKE
     ]
     found += [
-        (of["part_db"], sound_between_orders(of) + _parting(of, first, other)) for of in causes if "speeds_rpm" in of
+        (cause["part_db"], sound_between_orders(cause) + _parting(cause, first, other))
+        for cause in causes
+        if "speeds_rpm" in cause
     ]
-    found.sort(key=lambda of: -abs(of[0]))
+    found.sort(key=lambda item: -abs(item[0]))
     left = round(difference, 1) - sum(round(part, 1) for part, _ in found)  # of the levels as they are written
     if abs(left) > 0.05:
         found.append((left, "all other sound" if "over_speed" in other else "all other lines"))
@@ -284,9 +286,12 @@ def _parting(cause: Mapping[str, Any], *designs: Mapping[str, Any]) -> str:
     """Return the remark on sound about one speed where flanks part; empty unless all contact loss lies there."""
     low, high = (1.0 + side * NEAR for side in (-1, 1))
     ends = low * cause["speeds_rpm"][0], high * cause["speeds_rpm"][1]
-    for of in designs:
-        speeds = [one["speeds_rpm"] for one in of.get("contact_loss", [])]
-        if any(None not in of_mesh and ends[0] <= of_mesh[0] and of_mesh[1] <= ends[1] for of_mesh in speeds):
+    for design in designs:
+        speeds = [one["speeds_rpm"] for one in design.get("contact_loss", [])]
+        if any(
+            None not in mesh_speeds and ends[0] <= mesh_speeds[0] and mesh_speeds[1] <= ends[1]
+            for mesh_speeds in speeds
+        ):
             return ", where flanks part"
     return ""
 
@@ -294,7 +299,7 @@ def _parting(cause: Mapping[str, Any], *designs: Mapping[str, Any]) -> str:
 def differing_records(*designs: tuple[str, Mapping[str, Any]]) -> str:
     """Return how the records of run-ups differ in speeds and duration; empty where they are alike or not stated."""
     keys = "start_speed_rpm", "end_speed_rpm", "duration_s"
-    values = [[float(of.get(key, inf)) for key in keys] for _, of in designs]
+    values = [[float(design.get(key, inf)) for key in keys] for _, design in designs]
     if inf in values[0] + values[1] or np.allclose(values[0], values[1], rtol=SAME_RECORD):
         return ""
     records = [
@@ -315,8 +320,8 @@ def _line(cause: Mapping[str, Any], origin: str) -> str:
 
 def _crossing(cause: Mapping[str, Any], *designs: Mapping[str, Any]) -> str:
     """Return how an order leaves or enters the band; empty unless another speed puts it above all lines in a design."""
-    speeds = [float(of.get("input_speed_rpm") or 0.0) for of in designs]
-    highest = max((line["frequency_hz"] for of in designs for line in of.get("orders", [])), default=inf)
+    speeds = [float(design.get("input_speed_rpm") or 0.0) for design in designs]
+    highest = max((line["frequency_hz"] for design in designs for line in design.get("orders", [])), default=inf)
     for level, speed, word in zip(reversed(cause["levels_dBA"]), speeds, ("enters", "leaves"), strict=True):
         frequency = cause["order"] * speed / 60.0
         if speeds[0] != speeds[1] and level is not None and frequency > highest:
@@ -335,16 +340,16 @@ def _change(before: float | None, after: float | None) -> str:
 
 def _level_causes(other: Mapping[str, Any], first: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return lines with their parts in the difference, from levels alone."""
-    levels = [{round(line["order"], 6): line for line in of["orders"]} for of in (first, other)]
+    levels = [{round(line["order"], 6): line for line in design["orders"]} for design in (first, other)]
     found = []
     for order in sorted(set(levels[0]) | set(levels[1])):
-        weighted = [_weighted(of.get(order)) for of in levels]
+        weighted = [_weighted(design_lines.get(order)) for design_lines in levels]
         frequency = (levels[1].get(order) or levels[0][order])["frequency_hz"]
         change = 10 ** (weighted[1] / 10) - 10 ** (weighted[0] / 10)
         found.append({"order": order, "frequency_hz": frequency, "levels_dBA": weighted, "part_db": change})
-    total = sum(of["part_db"] for of in found)
+    total = sum(cause["part_db"] for cause in found)
     scale = (other["overall_dBA"] - first["overall_dBA"]) / total if total else 0.0
-    return [of | {"part_db": scale * of["part_db"]} for of in found]
+    return [cause | {"part_db": scale * cause["part_db"]} for cause in found]
 
 
 def _reason(cause: Mapping[str, Any]) -> str:
@@ -352,12 +357,12 @@ def _reason(cause: Mapping[str, Any]) -> str:
     sign = 1.0 if cause["part_db"] > 0 else -1.0
     modes, paths = (_ruling(cause, kind) for kind in ("modes", "paths"))
     text = ""
-    if modes and all(sign * of["part_db"] > 0 for of in modes):
-        changes = {_change_of_mode(of) for of in modes}
+    if modes and all(sign * mode["part_db"] > 0 for mode in modes):
+        changes = {_change_of_mode(mode) for mode in modes}
         text = f", because it excites {_modes(modes)} {changes.pop() if len(changes) == 1 else 'differently'}"
     if len(paths) == 1:
         return f"{text}, mostly through bearing {_path(paths[0])}"
-    parts = [(sign * of["part_db"] > 0, f"{_path(of)} {_share(of)}") for of in paths]
+    parts = [(sign * path["part_db"] > 0, f"{_path(path)} {_share(path)}") for path in paths]
     helping, opposing = (_listed([name for helps, name in parts if helps == way]) for way in (True, False))
     if opposing:
         return f"{text}, through bearing {helping} against {opposing}"
@@ -370,11 +375,13 @@ def _ruling(cause: Mapping[str, Any], kind: str) -> list[Mapping[str, Any]]:
     None that opposes them is passed over, unless it is small.
     """
     part = cause["part_db"]
-    found = sorted((of for of in cause.get(kind, []) if "pressure_Pa" in of), key=lambda of: -abs(of["part_db"]))
+    found = sorted(
+        (entry for entry in cause.get(kind, []) if "pressure_Pa" in entry), key=lambda entry: -abs(entry["part_db"])
+    )
     for count in range(1, min(NAMED, len(found)) + 1):
-        share = sum(of["part_db"] for of in found[:count]) / part
-        against = max((-of["part_db"] / part for of in found[count:]), default=0.0)
-        if MOST[0] <= share <= MOST[1] and against < CANCELLING * abs(found[0]["part_db"] / part):
+        share = sum(entry["part_db"] for entry in found[:count]) / part
+        opposing = max((-entry["part_db"] / part for entry in found[count:]), default=0.0)
+        if MOST[0] <= share <= MOST[1] and opposing < CANCELLING * abs(found[0]["part_db"] / part):
             return found[:count]
     return []
 
@@ -389,15 +396,15 @@ def _change_of_mode(mode: Mapping[str, Any]) -> str:
 
 def _modes(modes: Sequence[Mapping[str, Any]]) -> str:
     """Return the names of modes with their parts; one without a frequency is motion outside the modes."""
-    shares = [(of["name"].partition(", ")[2], _share(of)) for of in modes]
+    shares = [(mode["name"].partition(", ")[2], _share(mode)) for mode in modes]
     inside = [f"{frequency} {share}".replace(") (", "; ") for frequency, share in shares if frequency]
     found = [f"the housing mode{'s' if len(inside) > 1 else ''} at {_listed(inside)}"] if inside else []
     outside = [f"motion outside the housing modes {share}" for frequency, share in shares if not frequency]
     return _listed(found + outside)
 
 
-def _share(of: Mapping[str, Any]) -> str:
-    return f"({number_text(of['part_db'], '+.1f')} dB)"
+def _share(part: Mapping[str, Any]) -> str:
+    return f"({number_text(part['part_db'], '+.1f')} dB)"
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -415,8 +422,8 @@ def _limits(name: str, configuration: Mapping[str, Any]) -> list[str]:
     """Return the sentence on what widens the limits of a configuration most."""
     parts = [(part["source"], part["share"], part["frequency_hz"]) for part in configuration.get("limit_parts", [])]
     text, speed = format_parts(parts), configuration.get("limit_speed_rpm")
-    at = "" if speed is None else f", widest at {speed:.0f} rpm"
-    return [f"Limits of {name}{at}: {text}"] if text else []
+    where = "" if speed is None else f", widest at {speed:.0f} rpm"
+    return [f"Limits of {name}{where}: {text}"] if text else []
 
 
 def _weighted(line: Mapping[str, float] | None) -> float:
@@ -449,9 +456,9 @@ def _interval(least: float, most: float) -> str:
 def _remedy(*configurations: tuple[str, Mapping[str, Any]]) -> str:
     """Return which knobs narrow the widest limits; empty without parts of limits."""
     parts = [
-        (_width(of), part["share"], part["source"], name)
-        for name, of in configurations
-        for part in of.get("limit_parts", [])[:1]
+        (_width(configuration), part["share"], part["source"], name)
+        for name, configuration in configurations
+        for part in configuration.get("limit_parts", [])[:1]
     ]
     if not parts:
         return ""

@@ -44,14 +44,14 @@ def steady_maps(
         maps[name] = steady_map(result, speeds, torques, operators=operators, progress=partial(watching.step, step))
         watching.end(step, "computed")
     write_text(out / TABLE, _table(results, maps))
-    if all(len(of.torque) == 1 for of in maps.values()):
+    if all(len(steady.torque) == 1 for steady in maps.values()):
         from nvhchain.report.pictures.compared import states_figure  # opens matplotlib
 
         states_figure(maps, results, out / STATES)
-    found = {name: _summary(of, results[name].case.field_points[0].name) for name, of in maps.items()}
+    found = {name: _summary(steady, results[name].case.field_points[0].name) for name, steady in maps.items()}
     (_, first), *others = maps.items()
-    for name, of in others:
-        found[name][DIFFERENCE] = _finite(of.difference_limits(first))
+    for name, steady in others:
+        found[name][DIFFERENCE] = _finite(steady.difference_limits(first))
     return found
 
 
@@ -62,11 +62,11 @@ def _table(results: Mapping[str, Result], maps: Mapping[str, SteadyMap]) -> str:
     ends = ("", ", lower limit", ", upper limit")
     points = [f"dB(A) at {point.name}{end}" for point in first.field_points for end in ends]
     lines = [_row(["configuration", "torque / N m", "speed / rpm", *points, *stages])]
-    for name, of in maps.items():
-        for i, torque in enumerate(of.torque):
-            for j, speed in enumerate(of.speed):
-                levels = np.column_stack([of.level[i, j], of.limits[i, j]]).ravel()
-                values = [*levels, *(1e6 * of.transmission_error[i, j])]
+    for name, steady in maps.items():
+        for i, torque in enumerate(steady.torque):
+            for j, speed in enumerate(steady.speed):
+                levels = np.column_stack([steady.level[i, j], steady.limits[i, j]]).ravel()
+                values = [*levels, *(1e6 * steady.transmission_error[i, j])]
                 cells = [f"{value:.4g}" for value in values]
                 lines.append(_row([name, f"{torque:g}", f"{speed * _RPM:.6g}", *cells]))
     return "\n".join(lines) + "\n"
@@ -76,18 +76,18 @@ def _row(cells: Sequence[str]) -> str:
     return ",".join(f'"{cell}"' if "," in cell else cell for cell in cells)
 
 
-def _summary(of: SteadyMap, field_point: str) -> dict[str, Any]:
+def _summary(steady: SteadyMap, field_point: str) -> dict[str, Any]:
     return {
         "field_point": field_point,
-        "speed_rpm": [round(float(speed) * _RPM, 6) for speed in of.speed],
-        "torque_Nm": [float(torque) for torque in of.torque],
-        "level_dBA": _finite(of.level[:, :, 0]),
-        "limits_dBA": _finite(of.limits[:, :, 0]),
-        "failed": list(of.failed),
-        "remarks": list(of.remarks),
+        "speed_rpm": [round(float(speed) * _RPM, 6) for speed in steady.speed],
+        "torque_Nm": [float(torque) for torque in steady.torque],
+        "level_dBA": _finite(steady.level[:, :, 0]),
+        "limits_dBA": _finite(steady.limits[:, :, 0]),
+        "failed": list(steady.failed),
+        "remarks": list(steady.remarks),
     }
 
 
 def _finite(values: FloatArray) -> list[Any]:
     """Return an array as nested lists; None for what is not finite."""
-    return [_finite(of) if of.ndim else float(of) if np.isfinite(of) else None for of in values]
+    return [_finite(value) if value.ndim else float(value) if np.isfinite(value) else None for value in values]

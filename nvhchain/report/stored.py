@@ -58,9 +58,9 @@ class StoredRun:
         """
         path = self.folder / f"{name}.h5"
         if name not in self._loaded:
-            of_run = self.summary.get("hand_offs", {})
-            stated = of_run.get(name)
-            made = stated is not None or name not in of_run
+            hashes = self.summary.get("hand_offs", {})
+            stated = hashes.get(name)
+            made = stated is not None or name not in hashes
             found = hdf5.load(path, kind) if made and path.is_file() else None
             require(
                 found is None or stated in (None, found.content_hash),
@@ -96,7 +96,9 @@ class StoredRun:
     def acoustics(self) -> AcousticsFidelity:
         """Knobs of the acoustics of the run; those of `standard` in a folder that no command has written."""
         recorded = self.case.get("acoustics", {})
-        stated: dict[str, Any] = {key: tuple(of) if isinstance(of, list) else of for key, of in recorded.items()}
+        stated: dict[str, Any] = {
+            key: tuple(setting) if isinstance(setting, list) else setting for key, setting in recorded.items()
+        }
         try:
             return AcousticsFidelity(**stated) if stated else STANDARD.acoustics
         except (TypeError, InputError):  # knobs of another version
@@ -137,7 +139,7 @@ class Stored:
         """Mesh orders and slot sidebands of all configurations."""
         parts = [(run.name, run.case or run.summary) for run in self.runs]
         mesh, slots = joined_orders(
-            (name, of.get("mesh_orders") or {}, of.get("slot_orders") or {}) for name, of in parts
+            (name, record.get("mesh_orders") or {}, record.get("slot_orders") or {}) for name, record in parts
         )
         return OrderMarks(mesh=mesh, slots=slots)
 
@@ -152,8 +154,8 @@ class Stored:
     @cached_property
     def run_up_maps(self) -> dict[str, tuple[Waterfall, Waterfall]]:
         """Configuration → waterfalls of its run-up at the first field point, against frequency and against order."""
-        heard = {run.name: of for run in self.runs if (of := run.pressure_history) is not None}
-        high = max((float(of.case.get("values", {}).get("band.high", 0.0)) for of in self.runs), default=0.0)
+        heard = {run.name: history for run in self.runs if (history := run.pressure_history) is not None}
+        high = max((float(run.case.get("values", {}).get("band.high", 0.0)) for run in self.runs), default=0.0)
         high = high or min(map(sample_rate, heard.values()), default=0.0) / 2.56
         return run_up_maps(heard, self.marks, high=high)
 
@@ -165,7 +167,9 @@ class Stored:
     @cached_property
     def compared_by_order(self) -> bool:
         """True if the steady runs have different input speeds: their lines correspond by order, not by frequency."""
-        speeds = {round(of.input_speed, 6) if (of := run.pressure) is not None else 0.0 for run in self.runs}
+        speeds = {
+            round(pressure.input_speed, 6) if (pressure := run.pressure) is not None else 0.0 for run in self.runs
+        }
         return len(speeds) > 1 and min(speeds) > 0
 
     def line_scale(self, run: StoredRun) -> float:
@@ -178,8 +182,8 @@ class Stored:
         point = self.summary.get("field_point")
         if not point:
             return self.runs[0].point_name(0) if self.runs[0].points else ""
-        at = point["position_m"]
-        return f"{point['name']}, at {place_text(at) if isinstance(at, list) else f'({at})'} m"
+        position = point["position_m"]
+        return f"{point['name']}, at {place_text(position) if isinstance(position, list) else f'({position})'} m"
 
     @property
     def hand_off_files(self) -> list[Path]:
@@ -198,14 +202,14 @@ class Stored:
             if path not in self._loaded:
                 self._loaded[path] = hdf5.load(path, ReducedHousing)
         found = (self._loaded[str(path)] for path in every)
-        return next((of for of in found if len(every) == 1 or of.content_hash == named), None)
+        return next((housing for housing in found if len(every) == 1 or housing.content_hash == named), None)
 
     def radiating(self, kind: type[H], surface: str) -> list[H]:
         """Return the hand-offs of a kind on a surface, by its content hash; each file is read once."""
         key = (kind.__name__, surface)
         if key not in self._radiating:
             found = [hdf5.load(path, kind) for path in self.hand_off_files if hdf5.record(path)[0] == kind.__name__]
-            self._radiating[key] = [of for of in found if of.surface.content_hash == surface]  # type: ignore[attr-defined]
+            self._radiating[key] = [hand_off for hand_off in found if hand_off.surface.content_hash == surface]  # type: ignore[attr-defined]
         return cast("list[H]", self._radiating[key])
 
 
@@ -245,11 +249,11 @@ def _summary(folder: Path) -> tuple[dict[str, Any], Path]:
     """
     summary, place = json_table(folder / "summary.json"), folder.resolve()
     found = {} if summary else json_table(place.parent / "summary.json")
-    of = found.get("configurations", {}).get(place.name)
-    level = None if of is None else _stored_level(place)
-    if of is None or (level is not None and abs(level - of["overall_dBA"]) >= SAME_LEVEL):
+    part = found.get("configurations", {}).get(place.name)
+    level = None if part is None else _stored_level(place)
+    if part is None or (level is not None and abs(level - part["overall_dBA"]) >= SAME_LEVEL):
         return summary, folder / _SHARED
-    alone = {key: value for key, value in of.items() if key not in ("causes", "difference_limits_db", "sound")}
+    alone = {key: value for key, value in part.items() if key not in ("causes", "difference_limits_db", "sound")}
     named: dict[str, Any] = {
         key: {name: value for name, value in found[key].items() if name == place.name}
         for key in ("assumptions", "modelling")
@@ -281,8 +285,8 @@ def _stored(folder: Path, summary: dict[str, Any], operators: Path) -> Stored:
     runs = []
     for name in names or [str(json_table(folder / "case.json").get("name", folder.resolve().name))]:
         place = folder / name if (folder / name).is_dir() else folder
-        of = summary["configurations"][name] if summary else {}
-        runs.append(StoredRun(name, place, of, json_table(place / "case.json")))
+        part = summary["configurations"][name] if summary else {}
+        runs.append(StoredRun(name, place, part, json_table(place / "case.json")))
     require(
         bool(summary) or any(_has_results(run.folder) for run in runs),
         f"{folder} holds no results: run `nvhchain run` or `nvhchain compare` first, with --out {folder}",
@@ -293,10 +297,10 @@ def _stored(folder: Path, summary: dict[str, Any], operators: Path) -> Stored:
 def _check_levels(summary: Mapping[str, Any]) -> None:
     """Raise a ValueError, TypeError or KeyError for a summary whose levels are no numbers."""
     fidelity, point = summary["fidelity"], summary["field_point"]
-    for of in summary["configurations"].values():
-        if "overall_dBA" in of or "other_quantities" not in of:
-            _ = f"{of['overall_dBA']:.1f}{point['name']}{fidelity}"
-        lower, upper = of.get("error_band_dBA", (None, 0.0))
+    for configuration in summary["configurations"].values():
+        if "overall_dBA" in configuration or "other_quantities" not in configuration:
+            _ = f"{configuration['overall_dBA']:.1f}{point['name']}{fidelity}"
+        lower, upper = configuration.get("error_band_dBA", (None, 0.0))
         _ = f"{0.0 if lower is None else lower:.1f}{0.0 if upper is None else upper:.1f}"
 
 

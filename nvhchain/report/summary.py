@@ -48,7 +48,11 @@ def write_summary(
         },
     }
     configurations = summary["configurations"].items()
-    heard_levels = {name: float(of["overall_dBA"]) for name, of in configurations if "overall_dBA" in of}
+    heard_levels = {
+        name: float(configuration["overall_dBA"])
+        for name, configuration in configurations
+        if "overall_dBA" in configuration
+    }
     if len(heard_levels) > 2:
         quiet, second = sorted(heard_levels, key=heard_levels.__getitem__)[:2]
         summary["quietest"] = {"names": [quiet, second], **_difference(results[quiet], results[second])}
@@ -67,7 +71,9 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
     """Return the summary of every configuration."""
     found: dict[str, dict[str, Any]] = {name: {} for name in results}
     marks = order_marks([result.case for result in results.values()])
-    histories = {name: of.pressure_history for name, of in results.items() if of.pressure_history is not None}
+    histories = {
+        name: result.pressure_history for name, result in results.items() if result.pressure_history is not None
+    }
     if histories:
         high = max(results[name].case.band.high for name in histories)  # type: ignore[union-attr]
         maps = run_up_maps(histories, marks, high=high)
@@ -97,8 +103,8 @@ def _configurations(results: Mapping[str, Result]) -> dict[str, Any]:
             found[name]["causes"] = because
         if first in histories and name in histories:
             both = float(found[first]["overall_dBA"]), float(found[name]["overall_dBA"])
-            in_order = maps[first][1], maps[name][1]
-            lines = run_up_causes(both, in_order, named_or_lasting(curves[name], in_order, marks))
+            order_maps = maps[first][1], maps[name][1]
+            lines = run_up_causes(both, order_maps, named_or_lasting(curves[name], order_maps, marks))
             found[name]["causes"] = add_parts(lines, results[first], results[name])
     return found
 
@@ -116,7 +122,10 @@ def _identities(result: Result) -> dict[str, str | None]:
         "pressure_history": result.pressure_history,
         "sound_power": result.sound_power,
     }
-    return {step: None if of is None or step in result.supplied else of.content_hash for step, of in made.items()}
+    return {
+        step: None if hand_off is None or step in result.supplied else hand_off.content_hash
+        for step, hand_off in made.items()
+    }
 
 
 def _contact_loss(result: Result) -> list[dict[str, Any]]:
@@ -136,10 +145,13 @@ def _difference(first: Result, second: Result) -> dict[str, Any]:
     before, after = first.error_band, second.error_band
     if isinstance(before, RunUpBand) != isinstance(after, RunUpBand):
         return {}
-    before, after = (of.lines if isinstance(of, RunUpBand) else of for of in (before, after))
+    before, after = (band.lines if isinstance(band, RunUpBand) else band for band in (before, after))
     if before.amplitude.shape[1] != after.amplitude.shape[1]:
         return {}
-    inputs = [shared_inputs(of.case, of.housing, of.transfer_vectors, of.mesh_laws) for of in (first, second)]
+    inputs = [
+        shared_inputs(result.case, result.housing, result.transfer_vectors, result.mesh_laws)
+        for result in (first, second)
+    ]
     return {"difference_limits_db": finite(difference_limits(before, after, shared_sources(*inputs))[0])}
 
 
@@ -155,21 +167,21 @@ def _add_curve_limits(
     if not isinstance(band, RunUpBand) or history is None:
         return []
     found = []
-    for of in curves:
+    for curve in curves:
         inside, offsets = np.ones(len(band.bands), dtype=bool), band.limits[:, 0] - band.speed_levels[:, :1]
-        if of.order is not None:
-            offsets = band.order_offsets(of.order, history.time, history.input_speed, place=0, width=WIDTH)
-            frequency = of.order * band.input_speed / (2 * pi)
+        if curve.order is not None:
+            offsets = band.order_offsets(curve.order, history.time, history.input_speed, place=0, width=WIDTH)
+            frequency = curve.order * band.input_speed / (2 * pi)
             edges = np.array([lines.frequency[[0, -1]] for lines in band.bands])
             inside = (edges[:, 0] <= frequency) & (frequency <= edges[:, 1])
             rows = zip(band.input_speed[inside].tolist(), offsets[inside], strict=True)
             parts = [{"speed_rpm": 30 / pi * speed, "offsets_db": finite(ends)} for speed, ends in rows]
-            found.append({"order": of.order, "parts": parts})
-        windows = maps[of.order is not None].time / float(history.time[-1] - history.time[0])
+            found.append({"order": curve.order, "parts": parts})
+        windows = maps[curve.order is not None].time / float(history.time[-1] - history.time[0])
         part = np.minimum((windows * len(inside)).astype(int), len(inside) - 1)
-        if inside[part[of.level.argmax()]]:
-            ends = of.level[:, None] + np.where(inside[part, None], offsets[part], -np.inf)
-            highest[curve_title(of)]["limits_db"] = finite(ends.max(axis=0))
+        if inside[part[curve.level.argmax()]]:
+            ends = curve.level[:, None] + np.where(inside[part, None], offsets[part], -np.inf)
+            highest[curve_title(curve)]["limits_db"] = finite(ends.max(axis=0))
     return found
 
 
@@ -201,10 +213,10 @@ def limits(result: Result) -> dict[str, Any]:
     found: dict[str, Any] = {}
     if "pressure" in result.error_bands:
         found = _sound_limits(result)
-    others = {name: of for name, of in result.error_bands.items() if name != "pressure"}
+    others = {name: band for name, band in result.error_bands.items() if name != "pressure"}
     found["other_quantities"] = {
-        name: {"level": float(of.level.max()), "limits": finite(of.overall[of.level.argmax()])}
-        for name, of in others.items()
+        name: {"level": float(band.level.max()), "limits": finite(band.overall[band.level.argmax()])}
+        for name, band in others.items()
     }
     return found
 

@@ -21,10 +21,10 @@ def add_surface_pressure(folder: str | Path, count: int) -> list[str]:
     """
     require(count > 0, f"{count} lines of surface pressure: ask for one or more")
     stored = stored_results(Path(folder))
-    moving = [(run, of) for run in stored.runs if (of := run.hand_off("surface_velocity", SurfaceVelocity))]
+    moving = [(run, velocity) for run in stored.runs if (velocity := run.hand_off("surface_velocity", SurfaceVelocity))]
     require(bool(moving), f"{folder} holds no motion of a housing at constant speed: run a case of constant speed")
     lines = loudest_lines(stored, moving, count)
-    return [_solved(stored, run, of, stored.line_scale(run) * lines) for run, of in moving]
+    return [_solved(stored, run, velocity, stored.line_scale(run) * lines) for run, velocity in moving]
 
 
 def _solved(stored: Stored, run: StoredRun, velocity: SurfaceVelocity, frequencies: np.ndarray) -> str:

@@ -67,21 +67,21 @@ def report_modes(
         raise InputError(f"{case.name} is a radiator: it has no shafts and meshes")
     found = modes_over_speed(case, fidelity=fidelity, out=out, operators=operators, damped=damped, watcher=watcher)
     top = highest or case.band.high
-    at_nominal, *over_speed = (_limited(modes, top) for modes in found)
+    nominal_modes, *speed_modes = (_limited(modes, top) for modes in found)
     folder = writable_folder(out, "out")
     table, picture = folder / "modes.csv", folder / "campbell.png"
-    write_output(table, _table(at_nominal).encode())
+    write_output(table, _table(nominal_modes).encode())
     meshes = mesh_orders(case)
     rates = {name: order / (2.0 * pi) for name, order in meshes.items()}
     axes = plots.campbell(
-        np.array([modes.input_speed for modes in over_speed]),
-        [modes.frequency for modes in over_speed],
-        [mesh_share(modes) for modes in over_speed],
+        np.array([modes.input_speed for modes in speed_modes]),
+        [modes.frequency for modes in speed_modes],
+        [mesh_share(modes) for modes in speed_modes],
         {f"{name} × {k}": k * rate for name, rate in rates.items() for k in range(1, HARMONICS + 1)},
-        nominal=at_nominal.input_speed,
+        nominal=nominal_modes.input_speed,
     )
     files.save([axes], picture)
-    return ModeReport(at_nominal, tuple(_lines(at_nominal, rates)), (table, picture))
+    return ModeReport(nominal_modes, tuple(_lines(nominal_modes, rates)), (table, picture))
 
 
 def _limited(modes: SystemModes, top: float) -> SystemModes:
@@ -104,14 +104,14 @@ def _table(modes: SystemModes) -> str:
 
 def _lines(modes: SystemModes, rates: dict[str, float]) -> list[str]:
     """Return one line per mode that the meshes strain most, and per mesh order close to one of them."""
-    in_meshes = mesh_share(modes)
-    shown = np.sort(np.argsort(-in_meshes, kind="stable")[:SHOWN])
+    mesh_shares = mesh_share(modes)
+    shown = np.sort(np.argsort(-mesh_shares, kind="stable")[:SHOWN])
     lines = [
         f"{modes.frequency[i]:8.1f} Hz  damping {round(100 * modes.damping[i], 2) + 0.0:5.2f} %"
         f"  strain {_largest(modes, i, 'strain')}; moves {_largest(modes, i, 'kinetic')}"
         for i in shown
     ]
-    candidates = np.flatnonzero(in_meshes >= _WORTH)
+    candidates = np.flatnonzero(mesh_shares >= _WORTH)
     if not len(candidates):
         return [
             *lines,
@@ -129,7 +129,7 @@ def _lines(modes: SystemModes, rates: dict[str, float]) -> list[str]:
             lines.append(
                 f"{name} × {k} at {excited:.1f} Hz: next mode {modes.frequency[near]:.1f} Hz, "
                 f"{number_text(away, '+.1f')} %, "
-                f"met at {meets:.0f} rpm (meshes hold {100 * in_meshes[near]:.0f} % of its strain)"
+                f"met at {meets:.0f} rpm (meshes hold {100 * mesh_shares[near]:.0f} % of its strain)"
             )
     return lines
 

@@ -41,7 +41,7 @@ def fingerprint_of(cases: Sequence[Case], fidelity: Fidelity, states: tuple[Any,
     """
     if any(_names_files(case) for case in cases):
         return None
-    return fingerprint(_program(), [*cases], fidelity, [None if of is None else [*of] for of in states])
+    return fingerprint(_program(), [*cases], fidelity, [None if values is None else [*values] for values in states])
 
 
 def _names_files(part: Any) -> bool:
@@ -87,8 +87,8 @@ def earlier_summary(out: Path, key: str | None) -> dict[str, Any] | None:
     if (found := _record(out, key)) is None:
         return None
     summary, warnings = found
-    for text, kind, about in warnings:
-        warn_again(text, kind, about)
+    for text, kind, subject in warnings:
+        warn_again(text, kind, subject)
     return summary
 
 
@@ -136,7 +136,7 @@ def keep_record(out: Path, key: str | None, files: Iterable[Path], warnings: Seq
     """
     if key is None:
         return
-    told = [(str(each), each.kind, each.about) for each in warnings]
+    told = [(str(each), each.kind, each.subjects) for each in warnings]
     try:
         digests = {path.relative_to(out).as_posix(): _digest(path) for path in files}
         text = json.dumps({"key": key, "files": digests, "warnings": told}) + "\n"

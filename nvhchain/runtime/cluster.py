@@ -99,8 +99,8 @@ def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
     try:
         # A client waits for ever for a listener that is no scheduler. A client without a scheduler is closed by the
         # garbage collector, which may lock up another client that is starting.
-        with ThreadPoolExecutor(1) as beside:  # the calling thread may have a loop of its own
-            beside.submit(asyncio.run, _identity(address, timeout)).result()
+        with ThreadPoolExecutor(1) as pool:  # the calling thread may have a loop of its own
+            pool.submit(asyncio.run, _identity(address, timeout)).result()
         client = distributed.Client(address, timeout=timeout, set_as_default=False)
     except Exception as error:  # any kind: bytes of another protocol are taken for sizes of messages
         raise InputError(
@@ -218,7 +218,11 @@ def workers_at(executor: Executor) -> frozenset[Any] | None:
     """
     running = getattr(getattr(executor, "_client", None), "status", None) == "running"
     workers = _workers_of(executor) if running else None
-    return None if workers is None else frozenset((at, one.get("local_directory")) for at, one in workers.items())
+    return (
+        None
+        if workers is None
+        else frozenset((address, one.get("local_directory")) for address, one in workers.items())
+    )
 
 
 def worker_lost(error: BaseException) -> bool:

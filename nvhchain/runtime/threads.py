@@ -48,14 +48,14 @@ class _Shared:
     def __init__(self) -> None:
         self._lock = Lock()
         self._asked: list[int] = []
-        self._before: dict[str, tuple[Any, int]] = {}
+        self._libraries: dict[str, tuple[Any, int]] = {}
 
     def limit(self, libraries: list[Any], threads: int) -> None:
         """Request so many threads; libraries loaded since the last time come under the limit, too."""
         with self._lock:
             self._asked.append(threads)
             for library in libraries:
-                self._before.setdefault(library.filepath, (library, library.num_threads))
+                self._libraries.setdefault(library.filepath, (library, library.num_threads))
             self._set()
 
     def release(self, threads: int) -> None:
@@ -64,19 +64,19 @@ class _Shared:
             self._asked.remove(threads)
             self._set()
             if not self._asked:
-                self._before.clear()
+                self._libraries.clear()
 
     def begin_with(self, libraries: list[Any], threads: int) -> None:
         """Set the number without requests to `threads`, whatever it was."""
         with self._lock:
             for library in libraries:
-                self._before[library.filepath] = (library, threads)
+                self._libraries[library.filepath] = (library, threads)
             self._set()
             if not self._asked:
-                self._before.clear()
+                self._libraries.clear()
 
     def _set(self) -> None:
-        for library, before in self._before.values():
+        for library, before in self._libraries.values():
             # threadpoolctl leaves a library to the first thread that limits it and silently ignores all others
             anybody = getattr(library, "clear_controlling_thread", lambda force: None)
             anybody(force=True)

@@ -23,10 +23,12 @@ def bearing_lines(case: GearboxCase) -> tuple[str, ...]:
     """
     if all(bearing.model is None for bearing in case.supports):
         return damping_lines(case)
-    of, lines, inside = case.equilibrium, list[str](), dict[str, list[str]]()
-    loads = np.vstack([of.bearing_load, of.shaft_bearing_load])
+    equilibrium, lines, inside = case.equilibrium, list[str](), dict[str, list[str]]()
+    loads = np.vstack([equilibrium.bearing_load, equilibrium.shaft_bearing_load])
     zero = _ROUNDING * float(np.abs(loads[:, :3]).max())
-    for bearing, load, stiffness, moved in zip(case.supports, loads, of.stiffness, of.displacement, strict=True):
+    for bearing, load, stiffness, moved in zip(
+        case.supports, loads, equilibrium.stiffness, equilibrium.displacement, strict=True
+    ):
         if bearing.model is None:
             continue
         radial, axial = float(np.hypot(*load[:2])), abs(float(load[2]))

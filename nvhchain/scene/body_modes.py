@@ -72,10 +72,10 @@ def _frequency(disc: Disc, material: Material, n: int) -> float:
     area = 0.5 * (disc.outer - disc.inner) * weight * r
     bend = material.young * disc.thickness**3 / (12.0 * (1.0 - material.poisson**2))
     w, slope, curve = _shapes(r - disc.inner, POWERS)
-    across, twist = slope / r - (n / r) ** 2 * w, n * (slope / r - w / r**2)
-    plain = curve + across
+    hoop, twist = slope / r - (n / r) ** 2 * w, n * (slope / r - w / r**2)
+    plain = curve + hoop
     stiffness = bend * _sum(plain, plain, area)
-    stiffness += bend * (1.0 - material.poisson) * (2.0 * _sum(twist, twist, area) - _both(curve, across, area))
+    stiffness += bend * (1.0 - material.poisson) * (2.0 * _sum(twist, twist, area) - _both(curve, hoop, area))
     mass = material.density * disc.thickness * _sum(w, w, area)
     rim_stiffness, rim_mass = _rim(disc, material, n)
     bending = float(eigh(stiffness + rim_stiffness, mass + rim_mass, eigvals_only=True)[0])
@@ -136,15 +136,15 @@ def vibrating_bodies(case: GearboxCase, modes: Modes | None = None) -> tuple[Vib
         if disc is None or lowest_frequency(disc, gear.body.material) > spare * highest:
             continue
         plain = replace(gear.body, geometry=replace(gear.geometry, micro=MicroGeometry()))
-        of = (modes or _coarse_modes)(plain, highest)
+        natural_modes = (modes or _coarse_modes)(plain, highest)
         ends = [
             (number, side)
             for number, stage in enumerate(case.stages)
             for side, name in enumerate((stage.pinion, stage.wheel))
             if name == gear.name
         ]
-        if len(of.frequency) > 0 and ends:
-            found.append(VibratingBody(gear.name, gear.rotor, gear.z, of, tuple(ends), damping[gear.shaft]))
+        if len(natural_modes.frequency) > 0 and ends:
+            found.append(VibratingBody(gear.name, gear.rotor, gear.z, natural_modes, tuple(ends), damping[gear.shaft]))
     return tuple(found)
 
 

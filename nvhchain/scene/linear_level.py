@@ -125,13 +125,13 @@ class LinearGearbox:
         gearbox, laws, deflections = self._model(options, tilts)
         if options.tilt is True and not evenly:
             deflections = self._tilted_deflections(gearbox, laws, deflections)
-        of, band = self.case.operation, self.case.band
+        operation, band = self.case.operation, self.case.band
         found = dynamics.order_forces(
             gearbox,
             laws,
             None,
             deflections,
-            input_torque=of.input_torque,
+            input_torque=operation.input_torque,
             input_speeds=self.speeds,
             fidelity=STANDARD.dynamics,
         )
@@ -164,8 +164,8 @@ class LinearGearbox:
             below = np.clip(np.searchsorted(LOADS, place) - 1, 0, len(LOADS) - 2)
             part = np.clip((place - np.take(LOADS, below)) / np.diff(LOADS)[below], 0.0, 1.0)[:, None]
             low, high = (
-                np.array([_period(key, LOADS[each] * abs(force), (0.0, 0.0)).deflection for each in at])
-                for at in (below, below + 1)
+                np.array([_period(key, LOADS[each] * abs(force), (0.0, 0.0)).deflection for each in indices])
+                for indices in (below, below + 1)
             )
             bent = (1.0 - part) * low + part * high
             found.append(np.where(place[:, None] > 0.0, bent, 0.0))
@@ -209,17 +209,25 @@ class LinearGearbox:
             tilt = (0.0, 0.0) if tilts is None else _rounded(tilts[number])
             period = _period(_key(solid), abs(force), tilt)
             stiffness = 1.0 / (1.0 / period.stiffness + self._softness[number])
-            of, reach = period.distribution, max(1e-3, 3.0 * abs(force) / stiffness) * np.array([-1.0, 1.0])
+            distribution, reach = period.distribution, max(1e-3, 3.0 * abs(force) / stiffness) * np.array([-1.0, 1.0])
             laws.append(
-                gear.tabulated(solid, np.zeros(1), reach, stiffness * reach[None, :]).replace(tilt_ratio=of.tilt_ratio)
+                gear.tabulated(solid, np.zeros(1), reach, stiffness * reach[None, :]).replace(
+                    tilt_ratio=distribution.tilt_ratio
+                )
             )
             deflections.append(None if self.case.idles(stage) else period.deflection)
             friction = options.coefficient
             meshes.append(
                 replace(
                     mesh,
-                    friction=MeshFriction(friction, of.period, of.angle, of.sliding, of.arm) if friction else None,
-                    load_centre=LoadCentre(of.period, of.angle, of.offset) if options.shuttling is True else None,
+                    friction=MeshFriction(
+                        friction, distribution.period, distribution.angle, distribution.sliding, distribution.arm
+                    )
+                    if friction
+                    else None,
+                    load_centre=LoadCentre(distribution.period, distribution.angle, distribution.offset)
+                    if options.shuttling is True
+                    else None,
                 )
             )
         gearbox = replace(
@@ -281,8 +289,8 @@ def _scaled(bearing: Support, stiffness: float, damping: float) -> Support:
 
 
 def _rounded(tilt: FloatArray) -> tuple[float, float]:
-    in_plane, normal = (round(float(each), MICRORADIAN) for each in tilt)
-    return in_plane, normal
+    plane_tilt, normal = (round(float(each), MICRORADIAN) for each in tilt)
+    return plane_tilt, normal
 
 
 def _solid_pair(pair: GearPair) -> GearPair:

@@ -55,16 +55,16 @@ def balanced_tilts(
     if not drive:
         return found
 
-    def carried(at: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def carried(tilt: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return moment (n_drive,) (N m) and its growth with the tilt (N m/rad)."""
-        of, growth = np.zeros(len(drive)), np.zeros(len(drive))
+        load_moment, growth = np.zeros(len(drive)), np.zeros(len(drive))
         for place, number in enumerate(drive):
             pair = pairs[number]
-            period = loaded(number, tilted(pair, at[number]))
+            period = loaded(number, tilted(pair, tilt[number]))
             lean, distribution = cos(pair.base_helix_angle), period.distribution
-            of[place] = forces[number] * lean * float(distribution.offset.mean())
+            load_moment[place] = forces[number] * lean * float(distribution.offset.mean())
             growth[place] = distribution.tilt_ratio * period.stiffness * (lean * pair.face_width) ** 2 / 12.0
-        return of, growth
+        return load_moment, growth
 
     give = np.zeros((len(drive), len(drive)))
     for place, number in enumerate(drive):
@@ -80,10 +80,10 @@ def balanced_tilts(
         while True:
             trial = moment.copy()
             trial[drive] += reach * step
-            at = tilts(trial)
-            wanted, growth = carried(at)
+            trial_tilt = tilts(trial)
+            wanted, growth = carried(trial_tilt)
             if np.linalg.norm(wanted - trial[drive]) < np.linalg.norm(gap) or reach < 0.1:
                 break
             reach *= 0.5
-        moment, found = trial, at
+        moment, found = trial, trial_tilt
     raise SolverError("the tilt of the gears under load did not settle: leave loaded_misalignment off")

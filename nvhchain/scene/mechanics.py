@@ -61,7 +61,7 @@ _SECONDS_PER_PAIRS_ANGLE, _SECONDS_PER_PAIRS_COUPLING = 8e-4, 9e-7
 _SECONDS_PER_DEVIATED_ANGLE, _SECONDS_PER_DEVIATED_COUPLING = 1.1e-3, 2.3e-6
 _SECONDS_PER_DEVIATED_SLICE, _SECONDS_PER_DEVIATED = 2.2e-7, 3.2e-7
 _COPIES = 14
-_WITH_DISTRIBUTION = 1.9
+_DISTRIBUTION_RATIO = 1.9
 """Seconds of the law of a draw with its load distribution, over those of the law."""
 
 
@@ -107,7 +107,7 @@ def _deviated_law(case: GearboxCase, stage: Stage, knobs: GearFidelity) -> list[
     words = f"{meshes} meshes until the same teeth meet again"
     seconds = angles * (_SECONDS_PER_DEVIATED_ANGLE + _SECONDS_PER_DEVIATED_COUPLING * slices**2)
     seconds += rows * (_SECONDS_PER_DEVIATED_SLICE * slices + _SECONDS_PER_DEVIATED * size)
-    seconds *= _WITH_DISTRIBUTION if case.options.load_distribution else 1.0
+    seconds *= _DISTRIBUTION_RATIO if case.options.load_distribution else 1.0
     megabytes = BASE_MEGABYTES + 1e-6 * 8 * rows * (_COPIES * size + 32 * slices)
     result = f"deviated_{MESH_LAWS.file_of(stage.name)}"
     return [PlannedStep(MESH_LAWS, f"deviated law {stage.name}", words, seconds, megabytes, result=result)]
@@ -170,8 +170,8 @@ def _lines_seconds(slices: int) -> float:
     Elimination grows with the cube of the slices beyond those whose matrices fit into the cache. Mesh laws with 6
     angles took 27 s with 700 slices and 83 s with 1000.
     """
-    size, beyond = 3 * slices, 3 * max(slices - _SLICES_IN_CACHE, 0)
-    return _SECONDS_PER_LINES + _SECONDS_PER_COUPLING * size**2 + _SECONDS_PER_ELIMINATION * beyond**3
+    size, excess = 3 * slices, 3 * max(slices - _SLICES_IN_CACHE, 0)
+    return _SECONDS_PER_LINES + _SECONDS_PER_COUPLING * size**2 + _SECONDS_PER_ELIMINATION * excess**3
 
 
 def _body_seconds(bodies: Sequence[GearBody], knobs: GearFidelity) -> float:
@@ -203,8 +203,10 @@ def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
         return _MEGABYTES_PER_UNKNOWN * 3 * len(body.blank.nodes)
     rows, refined = knobs.profile_elements / knobs.row_aspect, knobs.transverse_refinement**_REFINED_MEMORY
     coupled = body.geometry.teeth * knobs.width_layers**2 * gear.bricks_over_even(body, knobs) ** _WEB_MEMORY_GROWTH
-    per_tooth = _MEGABYTES_PER_ALIKE_TOOTH * rows if body.sector == 1 else _MEGABYTES_PER_TOOTH * rows**_MEMORY_GROWTH
-    return per_tooth * coupled * refined
+    tooth_megabytes = (
+        _MEGABYTES_PER_ALIKE_TOOTH * rows if body.sector == 1 else _MEGABYTES_PER_TOOTH * rows**_MEMORY_GROWTH
+    )
+    return tooth_megabytes * coupled * refined
 
 
 def recorded_time(case: GearboxCase) -> float:
@@ -247,8 +249,8 @@ def dynamics_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
     rows = options.face_points + 2 * options.models("friction") + options.models("shuttling")
     vibrating = vibrating_bodies(case) if options.models("gear_body_modes") else ()
     waves = sum(len(body.modes.frequency) + int((body.modes.diameters > 0).sum()) for body in vibrating)
-    per_step = (6 * shafts + modes + elastic + waves) * (1.0 + _SHARE_PER_ROW * (rows - 1))
-    seconds = SECONDS_PER_STEP + _SECONDS_PER_STEP_AND_MODE * run * per_step
+    step_motions = (6 * shafts + modes + elastic + waves) * (1.0 + _SHARE_PER_ROW * (rows - 1))
+    seconds = SECONDS_PER_STEP + _SECONDS_PER_STEP_AND_MODE * run * step_motions
     level, held = f"{meshes} tabulated meshes", 0.0
     if case.operation.ramp:
         stored = recorded_samples(case, fidelity) * recorded_outputs(case)

@@ -228,8 +228,8 @@ def _needed(
     found = []
     for load in loads:
         with suppress(InputError):  # a state that the case refuses has no level
-            at = replace(case, operation=replace(case.operation, input_torque=float(load)))
-            found.append(_chosen(_Estimates(at, speeds), fidelity.option_tolerance_db)[0])
+            state = replace(case, operation=replace(case.operation, input_torque=float(load)))
+            found.append(_chosen(_Estimates(state, speeds), fidelity.option_tolerance_db)[0])
     return found
 
 
@@ -257,13 +257,13 @@ def _chosen(linear: _Estimates, tolerance: float) -> tuple[Options, Options]:
     left = list(names)
     full = chosen = linear.plain(**_switched_on(left))
     while left:
-        without = {name: chosen.switched(name, modelled=False) for name in left}
-        far = {name: linear.distance(options, full) for name, options in without.items()}
+        reduced = {name: chosen.switched(name, modelled=False) for name in left}
+        far = {name: linear.distance(options, full) for name, options in reduced.items()}
         name = min(left, key=lambda each: (far[each], each))
         if far[name] > tolerance:
             break
         left.remove(name)
-        chosen = without[name]
+        chosen = reduced[name]
     while outside := [name for name in names if not chosen.models(name)]:
         far = {name: linear.distance(chosen, chosen.switched(name, modelled=True)) for name in outside}
         name = max(outside, key=lambda each: (far[each], each))
@@ -281,10 +281,10 @@ def _described(
     for name in DECIDABLE:
         on, stated = chosen.models(name), "on" if linear.case.options.models(name) else "off"
         note, level, distance = linear.refusal(name), 0.0, 0.0
-        without, with_it = (chosen.switched(name, modelled=value) for value in (False, True))
+        excluded, included = (chosen.switched(name, modelled=value) for value in (False, True))
         if not note:
             try:
-                level, distance = linear.change(without, with_it), linear.distance(without, with_it)
+                level, distance = linear.change(excluded, included), linear.distance(excluded, included)
             except InputError as error:  # of an option that the case excludes, beside those chosen
                 note = f"{IMPOSSIBLE}: {error}"
         found.append(OptionEstimate(name, asked.get(name, stated), on, level, distance, note))
@@ -343,8 +343,8 @@ class _Estimates:
             power = self.power(self.plain(**_switched_on([name])))
             if name == "gear_body_modes":  # beside all others, too: the choice begins with all of them
                 open_ones = [each for each in self.case.options.undecided if each != name]
-                beside = [each for each in open_ones if not self.refusal(each)]
-                self.power(self.plain(**_switched_on([*beside, name])))
+                others = [each for each in open_ones if not self.refusal(each)]
+                self.power(self.plain(**_switched_on([*others, name])))
         except InputError as error:
             return f"{IMPOSSIBLE}: {error}"
         return "" if float(np.sum(power)) > 0.0 else "no estimate, since no mesh order lies in the band"

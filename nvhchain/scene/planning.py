@@ -99,10 +99,10 @@ def option_lines(case: Case, fidelity: Fidelity) -> tuple[str, ...]:
 
 def _option_seconds(case: GearboxCase, options: Options, fidelity: Fidelity) -> float:
     """Return the processor time (s) of the steps that depend on the options."""
-    of = replace(case, options=options)
-    steps = [dynamics_step(of, fidelity)]
+    decided = replace(case, options=options)
+    steps = [dynamics_step(decided, fidelity)]
     if options.load_distribution or options.models("tilt"):
-        steps += load_distribution_steps(of, fidelity, includes_compliance=False)
+        steps += load_distribution_steps(decided, fidelity, includes_compliance=False)
     return sum(step.seconds for step in steps)
 
 
@@ -157,18 +157,18 @@ def _sound_power(sized: _Sized) -> Iterator[PlannedStep]:
 
 
 COSTS: dict[Step[Any], Callable[[_Sized], Iterator[PlannedStep] | list[PlannedStep]]] = {
-    HOUSING: lambda of: [housing_step(of.gearbox, of.fidelity, of.extent)],
-    MESH_LAWS: lambda of: mesh_law_steps(of.gearbox, of.fidelity),
-    LOAD_DISTRIBUTIONS: lambda of: load_distribution_steps(
-        of.gearbox, of.fidelity, includes_compliance=MESH_LAWS not in of.steps
+    HOUSING: lambda sized: [housing_step(sized.gearbox, sized.fidelity, sized.extent)],
+    MESH_LAWS: lambda sized: mesh_law_steps(sized.gearbox, sized.fidelity),
+    LOAD_DISTRIBUTIONS: lambda sized: load_distribution_steps(
+        sized.gearbox, sized.fidelity, includes_compliance=MESH_LAWS not in sized.steps
     ),
-    BEARING_FORCES: lambda of: [dynamics_step(of.gearbox, of.fidelity)],
+    BEARING_FORCES: lambda sized: [dynamics_step(sized.gearbox, sized.fidelity)],
     SURFACE_VELOCITY: _motion,
-    TRANSFER_VECTORS: lambda of: [transfer_vector_step(of.case, of.fidelity, of.extent)],
+    TRANSFER_VECTORS: lambda sized: [transfer_vector_step(sized.case, sized.fidelity, sized.extent)],
     PRESSURE: _pressure,
-    RADIATION_RESISTANCE: lambda of: [radiation_resistance_step(of.gearbox, of.fidelity, of.extent)],
+    RADIATION_RESISTANCE: lambda sized: [radiation_resistance_step(sized.gearbox, sized.fidelity, sized.extent)],
     SOUND_POWER: _sound_power,
-    PRESSURE_HISTORY: lambda of: [run_up_sound_step(of.gearbox, of.fidelity)],
+    PRESSURE_HISTORY: lambda sized: [run_up_sound_step(sized.gearbox, sized.fidelity)],
 }
 """Step → its lines of the plan; steps that cost next to nothing have none."""
 
@@ -176,8 +176,8 @@ _RADIATOR_EXCLUDES = ("gears, dynamics and housing: the surface velocity is give
 
 
 def _excluded(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
-    in_loop = not case.options.rigid_housing
-    moves = in_loop or case.quantities != ("bearing_forces",)
+    flexible_housing = not case.options.rigid_housing
+    moves = flexible_housing or case.quantities != ("bearing_forces",)
     reasons = [
         f"{gear.name}: loads on {gear.geometry.teeth - gear.body.sector} of {gear.geometry.teeth} teeth, "
         "alike by the symmetry of its blank"

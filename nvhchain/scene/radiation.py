@@ -187,8 +187,8 @@ def close_points(faces: int, knobs: AcousticsFidelity, *, needles: bool) -> floa
     slender = _NEEDLES * (5.0 / knobs.needle_aspect) ** _NEEDLES_FALL if needles else 0.0
     touching = (6 + 3 * 5 + 9 * 2 + slender) * knobs.singular_order**4
     reached = [_TOUCHING, *(max(_TOUCHING, _TRIANGLES_PER_DISTANCE * ratio**2) for ratio in knobs.close_distances)]
-    within = [min(faces, count) for count in reached]
-    rings = [far - near for near, far in pairwise(within)]
+    counts = [min(faces, count) for count in reached]
+    rings = [far - near for near, far in pairwise(counts)]
     orders = [max(order, knobs.quadrature_order) for order in knobs.close_orders]
     return touching + sum(ring * _rule_points(order) ** 2 for ring, order in zip(rings, orders, strict=True))
 

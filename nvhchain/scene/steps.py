@@ -86,16 +86,16 @@ class Scene:
     @property
     def computes_forces(self) -> bool:
         """True where this run computes bearing forces, on which the options of a gearbox act."""
-        return BEARING_FORCES in self._needed(beyond_forces=False)
+        return BEARING_FORCES in self._needed(force_needs=False)
 
-    def _needed(self, *, beyond_forces: bool = True) -> set[Step[Any]]:
-        """Return the steps that are needed; those of the bearing forces only with `beyond_forces`."""
+    def _needed(self, *, force_needs: bool = True) -> set[Step[Any]]:
+        """Return the steps that are needed; those of the bearing forces only with `force_needs`."""
         needed: set[Step[Any]] = set()
 
         def need(step: Step[Any]) -> None:
             if step.name not in self.supplied and step not in needed:
                 needed.add(step)
-                for other in step.needs(self) if beyond_forces or step is not BEARING_FORCES else ():
+                for other in step.needs(self) if force_needs or step is not BEARING_FORCES else ():
                     need(other)
 
         answers = _RUN_UP_ANSWERS if self.case.running_up else _ANSWERS
@@ -110,14 +110,14 @@ class Scene:
 
     def knobs(self, step: Step[Any]) -> Knobs | None:
         """Return the part of the fidelity that a step takes, or None."""
-        of = self.fidelity
-        by_name: dict[str, Knobs] = {
-            "gear": of.gear,
-            "dynamics": of.dynamics,
-            "housing": of.housing,
-            "acoustics": of.acoustics,
+        fidelity = self.fidelity
+        parts: dict[str, Knobs] = {
+            "gear": fidelity.gear,
+            "dynamics": fidelity.dynamics,
+            "housing": fidelity.housing,
+            "acoustics": fidelity.acoustics,
         }
-        return by_name[step.knobs] if step.knobs else None
+        return parts[step.knobs] if step.knobs else None
 
 
 Needs = Callable[[Scene], tuple["Step[Any]", ...]]

@@ -119,8 +119,8 @@ def loudness_ratios(sound: Sound, time: FloatArray, gains: FloatArray) -> FloatA
     Returns (n, 2): ratios of the loudness of a second about each time, by the method for steady sounds.
     """
     size, ratios = max(1, round(_LOUDEST * sound.rate)), np.ones((len(time), 2))
-    for row, (at, ends) in enumerate(zip(time.tolist(), gains, strict=True)):
-        first = min(max(0, round(at * sound.rate) - size // 2), max(0, len(sound.pressure) - size))
+    for row, (instant, ends) in enumerate(zip(time.tolist(), gains, strict=True)):
+        first = min(max(0, round(instant * sound.rate) - size // 2), max(0, len(sound.pressure) - size))
         part = Sound(sound.pressure[first : first + size], sound.rate, True)
         middle, *limits = loudness_at(part, np.array([0.0, *np.maximum(ends, -200.0)])).tolist()
         ratios[row] = np.array(limits) / middle if middle > 0 else 1.0

@@ -54,11 +54,11 @@ def tone_prominence(frequency: float, level: float, background: Sound) -> TonePr
     energy = [_energy(background, *edges) for edges in ((low, high), (below, low), (high, above))]
     tone = REFERENCE_PRESSURE**2 * 10 ** (level / 10)
     noise = max(energy[0], 1e-300)
-    around = max(0.5 * (_full(energy[1], below, low) + energy[2]), 1e-300)
-    to_noise, ratio = 10 * np.log10(tone / noise), 10 * np.log10((tone + noise) / around)
+    adjacent = max(0.5 * (_full(energy[1], below, low) + energy[2]), 1e-300)
+    noise_ratio, ratio = 10 * np.log10(tone / noise), 10 * np.log10((tone + noise) / adjacent)
     limits = prominence_limits(frequency)
-    prominent = to_noise >= limits[0] or ratio >= limits[1]
-    return ToneProminence(frequency, float(to_noise), float(ratio), bool(prominent))
+    prominent = noise_ratio >= limits[0] or ratio >= limits[1]
+    return ToneProminence(frequency, float(noise_ratio), float(ratio), bool(prominent))
 
 
 def prominence_limits(frequency: float) -> tuple[float, float]:

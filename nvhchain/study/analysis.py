@@ -389,8 +389,8 @@ def _share_between(keys: Sequence[str], values: FloatArray) -> float:
     if is_constant(values):
         return 0.0
     means, counts = _group_means(keys, values), Counter(keys)
-    between = sum(counts[key] * mean**2 for key, mean in means.items())
-    return min(1.0, between / float(((values - values.mean()) ** 2).sum()))
+    group_squares = sum(counts[key] * mean**2 for key, mean in means.items())
+    return min(1.0, group_squares / float(((values - values.mean()) ** 2).sum()))
 
 
 def is_constant(values: FloatArray) -> bool:

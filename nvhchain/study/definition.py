@@ -15,7 +15,7 @@ from nvhchain.errors import InputError, Mistakes, check_all, is_whole, mistakes,
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_names
 from nvhchain.study.parameter import Parameter, numbers, parameter_from
-from nvhchain.study.responses import ON_REQUEST
+from nvhchain.study.responses import OPTIONAL_RESPONSES
 
 Plan = Literal["grid", "list", "monte_carlo", "latin_hypercube", "sobol", "sensitivity", "optimise", "gradient"]
 """Name of a plan."""
@@ -239,7 +239,10 @@ class Study:
                 for name, values in (("speeds_rpm", self.speeds_rpm), ("torques", self.torques))
             ),
             *(
-                (name in ON_REQUEST, f"responses: no {name!r} on request: choose among {', '.join(ON_REQUEST)}")
+                (
+                    name in OPTIONAL_RESPONSES,
+                    f"responses: no {name!r} on request: choose among {', '.join(OPTIONAL_RESPONSES)}",
+                )
                 for name in self.responses
             ),
             (len(self.pareto) in (0, 2), f"pareto = {self.pareto}: name two responses, such as ['level', 'mass_kg']"),

@@ -169,7 +169,9 @@ def _match_lines(mean: Case, case: Case) -> Case:
 
 def _damped(housing: ReducedHousing, case: Case, mean: Case) -> ReducedHousing:
     """Return the housing of the mean case with the modal damping of another one."""
-    damping, before = (getattr(of.housing, "modal_damping", None) for of in (case, mean) if isinstance(of, GearboxCase))
+    damping, before = (
+        getattr(one.housing, "modal_damping", None) for one in (case, mean) if isinstance(one, GearboxCase)
+    )
     if damping is None or damping == before:
         return housing
     return housing.replace(modal_damping=damping_of_modes(damping, housing.natural_frequency))

@@ -94,6 +94,6 @@ def _largest(band: RunUpBand, track: OrderTrack, inside: NDArray[np.bool_], plac
     `RunUpBand.order_offsets` has those of a part.
     """
     offsets = band.order_offsets(track.order, track.time, track.input_speed, place=place, width=WIDTH)
-    parts = (np.array_split(of, len(band.bands)) for of in (levels.decibel(track.envelope), inside))
-    ends = [level[here].max() + of for of, level, here in zip(offsets, *parts, strict=True) if here.any()]
+    parts = (np.array_split(values, len(band.bands)) for values in (levels.decibel(track.envelope), inside))
+    ends = [level[here].max() + offset for offset, level, here in zip(offsets, *parts, strict=True) if here.any()]
     return finite(np.max(ends, axis=0))

@@ -185,13 +185,13 @@ class Parameter:
     def base_value(self, case: Case) -> Any:
         """Return the value of a case in the unit of the paths; None where it states none, or several."""
         given = dict(case_values(case))
-        in_si = dict(_convert(path, value) for path, value in given.items() if isinstance(value, int | float))
+        si_values = dict(_convert(path, value) for path, value in given.items() if isinstance(value, int | float))
         found = []
         for path in self.paths:
             stem, factor = _convert(path, 1.0)
             value = given.get(path)
-            if value is None and stem in in_si:
-                value = float(f"{in_si[stem] / factor:.9g}")
+            if value is None and stem in si_values:
+                value = float(f"{si_values[stem] / factor:.9g}")
             found.append(value)
         return found[0] if found and all(value == found[0] for value in found) else None
 

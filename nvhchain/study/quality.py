@@ -91,8 +91,8 @@ class Influence:
 def share_text(share: float, limits: tuple[float, float]) -> str:
     """Return a share of a variance with its limits in percent, inside 0…100; an estimate beyond them is stated, too."""
     value, low, high = (100.0 * min(max(one, 0.0), 1.0) for one in (share, *limits))
-    beyond = "" if 0.0 <= round(100 * share) <= 100.0 else f"; estimated {100 * share:.0f}, take more designs"
-    return f"{value:.0f} % ({low:.0f}…{high:.0f}{beyond})".replace("-", "−")
+    note = "" if 0.0 <= round(100 * share) <= 100.0 else f"; estimated {100 * share:.0f}, take more designs"
+    return f"{value:.0f} % ({low:.0f}…{high:.0f}{note})".replace("-", "−")
 
 
 def percentiles(rows: Sequence[Row], response: str) -> list[Percentile]:
@@ -234,9 +234,9 @@ def _share_of_levels(given: FloatArray, values: FloatArray) -> float:
 
 def _share_between(groups: Sequence[FloatArray], values: FloatArray) -> float:
     count, mean = len(values), values.mean()
-    between = sum(len(group) * (group.mean() - mean) ** 2 for group in groups)
+    group_squares = sum(len(group) * (group.mean() - mean) ** 2 for group in groups)
     whole = ((values - mean) ** 2).sum()
-    return float(1.0 - (1.0 - between / whole) * (count - 1) / (count - len(groups)))
+    return float(1.0 - (1.0 - group_squares / whole) * (count - 1) / (count - len(groups)))
 
 
 def _correlation(given: FloatArray, values: FloatArray) -> float:

@@ -22,7 +22,7 @@ from nvhchain.handoff import FloatArray
 from nvhchain.sound import loudness_at, loudness_limits, run_up_sound, steady_sound
 from nvhchain.study.orders import MOST_ORDERS, order_levels
 
-ON_REQUEST = ("orders", "loudness", "contact_pressure")
+OPTIONAL_RESPONSES = ("orders", "loudness", "contact_pressure")
 LOUDEST_ORDER = "loudest order"
 """Responses that a study asks for: they take time, or many columns."""
 
@@ -109,8 +109,8 @@ def add_requested(asked: Sequence[str], result: chain.Result, responses: dict[st
         limits["loudness_sone"] = loudness_limits(sound, loudness, gains)
     if "contact_pressure" in asked:
         quick = replace(result.fidelity.gear, bodies="analytic")
-        of_stages = zip(case.stages, case.pairs, case.mesh_forces, case.deviations, strict=True)
-        for stage, pair, force, deviations in of_stages:
+        stages = zip(case.stages, case.pairs, case.mesh_forces, case.deviations, strict=True)
+        for stage, pair, force, deviations in stages:
             if force > 0:
                 key = fingerprint(pair, force, quick, deviations)
                 if _LATEST.get(stage.name, ("", 0.0))[0] != key:
@@ -126,7 +126,7 @@ _LATEST: dict[str, tuple[str, float]] = {}
 
 
 def check_requested(asked: Sequence[str], case: Case) -> None:
-    """Refuse responses of `ON_REQUEST` that runs of a case do not have."""
+    """Refuse responses of `OPTIONAL_RESPONSES` that runs of a case do not have."""
     if not asked:
         return
     if not isinstance(case, GearboxCase):
@@ -195,7 +195,7 @@ def add_gears(result: chain.Result, responses: dict[str, float]) -> None:
             responses[f"transmission_error_um of {stage.name}"] = 1e6 * float(error.max() - error.min())
     for stage, pair, force in zip(case.stages, case.pairs, case.mesh_forces, strict=True):
         responses[f"root_stress_MPa of {stage.name}"] = 1e-6 * root_stress(pair, force)
-    bodies = [gear.mass_properties(of.body) for of in case.gears]
+    bodies = [gear.mass_properties(one.body) for one in case.gears]
     responses["mass_kg"] = float(sum(body.mass for body in bodies))
     responses["inertia_kg_m2"] = float(sum(body.polar_inertia for body in bodies))
 
@@ -205,8 +205,8 @@ def _band_record(band: ErrorBand, place: int, result: chain.Result) -> dict[str,
     return {
         "frequency": _digits(band.frequency),
         "amplitude": _digits(band.amplitude[:, place]),
-        "sources": {name: _digits(of[:, place]) for name, of in band.sources.items()},
-        "falls": {name: _digits(of[:, place]) for name, of in band.falls.items()},
+        "sources": {name: _digits(error[:, place]) for name, error in band.sources.items()},
+        "falls": {name: _digits(error[:, place]) for name, error in band.falls.items()},
         "moved": None if band.moved is None else _digits(band.moved[:, place]),
         "reference": band.reference,
         "weighted": band.weighted,
@@ -228,10 +228,10 @@ def stored_band(record: Mapping[str, Any]) -> ErrorBand:
     return ErrorBand(
         np.asarray(record["frequency"], dtype=float),
         column(record["amplitude"]),
-        {name: column(of) for name, of in record["sources"].items()},
+        {name: column(error) for name, error in record["sources"].items()},
         record["reference"],
         record["weighted"],
-        {name: column(of) for name, of in record.get("falls", {}).items()},
+        {name: column(error) for name, error in record.get("falls", {}).items()},
         column(record["moved"]) if record.get("moved") else None,
     )
 

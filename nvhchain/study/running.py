@@ -320,7 +320,9 @@ class _Runs:
                 for index in task.rows:
                     rows[index] = _filled(empty[index], found)
         starts = range(0, len(rows), len(points))
-        unchecked = designs[0][0] == 0 and not any(self._check_names(rows[at : at + len(points)]) for at in starts)
+        unchecked = designs[0][0] == 0 and not any(
+            self._check_names(rows[start : start + len(points)]) for start in starts
+        )
         several = f" of designs {designs[0][0]} to {designs[-1][0]}" if self.study.goal is not None else ""
         self.report(f"{len(empty)} runs{several}: {len(tasks)} different ones, {len(tasks) - len(left)} cached")
         if left:
@@ -332,8 +334,8 @@ class _Runs:
             write_text(_record(self.folder, task.key), json.dumps(found) + "\n")
             for index in task.rows:
                 rows[index] = _filled(empty[index], found)
-                at = index - index % len(points)
-                unchecked = unchecked and not self._check_names(rows[at : at + len(points)])
+                start = index - index % len(points)
+                unchecked = unchecked and not self._check_names(rows[start : start + len(points)])
             self.report(progress)
         done = [row for row in rows if row is not None]
         if unchecked:

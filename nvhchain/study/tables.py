@@ -133,9 +133,9 @@ def _write_quality(study: Study, rows: Sequence[Row], folder: Path) -> list[str]
     lines = []
     for one in reversed(found):
         if (one.speed_rpm, one.torque) == (top.speed_rpm, top.torque):
-            at = Point(one.speed_rpm, one.torque).words
+            point_words = Point(one.speed_rpm, one.torque).words
             lines.append(
-                f"{one.percent:g} % of {count_text(study, one)} have a {main}{at} below {one.value:.1f} "
+                f"{one.percent:g} % of {count_text(study, one)} have a {main}{point_words} below {one.value:.1f} "
                 f"({_ends(one.limits)})"
             )
     for failed in failed_shares(study, rows):

@@ -213,15 +213,15 @@ def rotating_ellipsoids() -> list[tuple[Surface, FloatArray]]:
 def wedge(degrees: float, rows: int = 3, length: float = 0.1, width: float = 0.06) -> Surface:
     """Build a wedge with its edge along y and `rows` of triangles from there to the back (lengths in m)."""
     half = length * np.tan(np.radians(degrees) / 2.0)
-    at: list[tuple[float, float, float]] = []
+    vertices: list[tuple[float, float, float]] = []
     numbers: dict[tuple[int, int, int], int] = {}
     quads: list[list[int]] = []
 
     def corner(i: int, j: int, side: int) -> int:
         place = (i, j, side if i else 0)
         if place not in numbers:
-            numbers[place] = len(at)
-            at.append((length * i / rows, width * (j / 2 - 0.5), side * half * i / rows))
+            numbers[place] = len(vertices)
+            vertices.append((length * i / rows, width * (j / 2 - 0.5), side * half * i / rows))
         return numbers[place]
 
     for i, j in itertools.product(range(rows), range(2)):
@@ -232,7 +232,7 @@ def wedge(degrees: float, rows: int = 3, length: float = 0.1, width: float = 0.0
     for j in range(2):
         quads.append([corner(rows, j, -1), corner(rows, j + 1, -1), corner(rows, j + 1, 1), corner(rows, j, 1)])
     triangles = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d)) if len(set(t)) == 3]
-    return Surface(np.array(at), np.array(triangles))
+    return Surface(np.array(vertices), np.array(triangles))
 
 
 def pulsating(frequency: ArrayLike, radius: float, distance: float, air: Air) -> ComplexArray:

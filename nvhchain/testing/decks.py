@@ -35,9 +35,9 @@ def folded_shells(
     sides = [a + (b - a) * parts for a, b in pairwise(ends)]
     line = np.vstack([*sides, ends[-1:]])
     labels: dict[tuple[int, int], int] = {}
-    around = _SECOND if step == 2 else _CORNERS["S4"]
+    corners = _SECOND if step == 2 else _CORNERS["S4"]
     cells = [
-        [labels.setdefault((i + a, j + b), len(labels) + 1) for a, b in around]
+        [labels.setdefault((i + a, j + b), len(labels) + 1) for a, b in corners]
         for i in range(0, counts[0] * step, step)
         for j in range(0, len(line) - 1, step)
     ]
@@ -91,7 +91,7 @@ _REACH = 0.022
 _FOOT = 0.02
 """Edge of the held corners of the side wall at y = `LOW[1]` (m)."""
 
-_AROUND = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+_BRICK_CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 
 
 def box_of_solids(size: float) -> list[str]:
@@ -105,7 +105,7 @@ def box_of_solids(size: float) -> list[str]:
     label = _Labels(axes)
     cards = []
     for number, cell in enumerate(cells, start=1):
-        nodes = [label[tuple(i + j for i, j in zip(cell, at, strict=True))] for at in _AROUND]
+        nodes = [label[tuple(i + j for i, j in zip(cell, corner, strict=True))] for corner in _BRICK_CORNERS]
         cards += [f"CHEXA,{number},1,{','.join(map(str, nodes[:6]))}", f"+,{','.join(map(str, nodes[6:]))}"]
     return [*cards, "PSOLID,1,1", *label.cards(), *_supports(label.places())]
 
@@ -121,9 +121,9 @@ def box_of_shells(size: float) -> list[str]:
                 for j in range(len(axes[v]) - 1):
                     nodes = []
                     for a, b in ((0, 0), (1, 0), (1, 1), (0, 1)):
-                        at = [0, 0, 0]
-                        at[normal], at[u], at[v] = level, i + a, j + b
-                        nodes.append(label[tuple(at)])
+                        point = [0, 0, 0]
+                        point[normal], point[u], point[v] = level, i + a, j + b
+                        nodes.append(label[tuple(point)])
                     number += 1
                     cards.append(f"CQUAD4,{number},1,{','.join(map(str, nodes))}")
     return [*cards, f"PSHELL,1,1,{1e3 * WALL},1,,1", *label.cards(), *_supports(label.places())]
@@ -145,12 +145,12 @@ class _Labels:
         self._axes = axes
         self._known: dict[tuple[int, ...], int] = {}
 
-    def __getitem__(self, at: tuple[int, ...]) -> int:
-        return self._known.setdefault(at, len(self._known) + 1)
+    def __getitem__(self, point: tuple[int, ...]) -> int:
+        return self._known.setdefault(point, len(self._known) + 1)
 
     def places(self) -> FloatArray:
         """Return the places (n, 3) m, by label from 1."""
-        return np.array([[axis[i] for axis, i in zip(self._axes, at, strict=True)] for at in self._known])
+        return np.array([[axis[i] for axis, i in zip(self._axes, point, strict=True)] for point in self._known])
 
     def cards(self) -> list[str]:
         return [f"GRID,{n},,{','.join(f'{1e3 * x:.6f}' for x in place)}" for n, place in enumerate(self.places(), 1)]

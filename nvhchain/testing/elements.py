@@ -80,8 +80,8 @@ def grid(counts: Sequence[int], lengths: Sequence[float]) -> tuple[FloatArray, I
 
 def positive(nodes: FloatArray, elements: IntArray) -> IntArray:
     """Order the corners of tetrahedra (m, 4), in place, so that all volumes are positive."""
-    inside_out = np.linalg.det(nodes[elements[:, 1:]] - nodes[elements[:, :1]]) < 0
-    elements[inside_out] = elements[inside_out][:, [0, 2, 1, 3]]
+    inverted = np.linalg.det(nodes[elements[:, 1:]] - nodes[elements[:, :1]]) < 0
+    elements[inverted] = elements[inverted][:, [0, 2, 1, 3]]
     return elements
 
 

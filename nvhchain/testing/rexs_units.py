@@ -102,10 +102,10 @@ class RexsUnit:
         kind, name, _ = self.components[number]
         entries = []
         for key, (value, unit) in attributes.items():
-            of = {list: "floating_point_array", str: "enum", bool: "boolean", int: "integer"}.get(
+            type_name = {list: "floating_point_array", str: "enum", bool: "boolean", int: "integer"}.get(
                 type(value), "floating_point"
             )
-            entries.append({"id": key, "unit": unit, of: value})
+            entries.append({"id": key, "unit": unit, type_name: value})
         return {"id": number, "type": kind, "name": name, "attributes": entries}
 
 
@@ -135,8 +135,8 @@ def gear_train(
             outer_diameter_end=(28.0, "mm"),
         )
         unit.relate("assembly", assembly=shaft, part=section)
-        for at in (0.0, length):
-            _bearing(unit, shaft, casing, at + 20.0)
+        for place in (0.0, length):
+            _bearing(unit, shaft, casing, place + 20.0)
         shafts.append(shaft)
     for number, teeth in enumerate(stages):
         _stage(

@@ -74,9 +74,9 @@ def growth(setting: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mapp
     factors = [1.0]
     measured = max(_added(swept, setting, base), default=0.0)
     if measured > 0:
-        factors += [added / measured for of in here for added in _added(of, setting, base)]
+        factors += [added / measured for case_extent in here for added in _added(case_extent, setting, base)]
     if swept["wave"] and setting.housing.element_size != base.housing.element_size:
-        factors += [(swept["wave"] / of["wave"]) ** 2 for of in here if of["wave"]]
+        factors += [(swept["wave"] / case_extent["wave"]) ** 2 for case_extent in here if case_extent["wave"]]
     return max(factors)
 
 
@@ -110,10 +110,10 @@ def open_below(fidelity: Fidelity, case: Case) -> list[float]:
     """
     if not isinstance(case, GearboxCase):
         return []
-    ramp, of = case.operation.ramp, extent(case)
+    ramp, case_extent = case.operation.ramp, extent(case)
     turns = max(case.operation.input_speed, ramp.end_speed if ramp is not None else 0.0) / (2 * pi)
     limits = []
-    for stage, width, overlap in zip(case.stages, of["width"], of["overlap"], strict=True):
+    for stage, width, overlap in zip(case.stages, case_extent["width"], case_extent["overlap"], strict=True):
         highest = case.band.high / (float(case.mesh_orders[stage.name]) * turns)
         error = COVERAGE * AMPLIFICATION * relative_law_error(width, overlap, fidelity.gear, highest) * highest**2
         known = error < 1.0 and fidelity.gear.bodies == "elements"

@@ -70,9 +70,9 @@ def setting_text(value: Sequence[Any]) -> str:
 def _swept() -> Iterator[Knob]:
     """Yield every setting that `nvhchain.fidelity` declares as swept."""
     for stage in PACKAGES:
-        of_stage = fields(getattr(STANDARD, stage))
-        steps = {one.name: declared(one).step for one in of_stage}
-        for one in of_stage:
+        stage_fields = fields(getattr(STANDARD, stage))
+        steps = {one.name: declared(one).step for one in stage_fields}
+        for one in stage_fields:
             sweep = declared(one).sweep
             if isinstance(sweep, Sweep) and sweep.values:
                 names = sweep.fields or (one.name,)
@@ -180,10 +180,10 @@ def _affects_quantities(knob: Knob, case: Case) -> bool:
     """
     if (FIELD_POINT_QUANTITIES | RADIATED).intersection(case.quantities):
         return True
-    of_the_surface = "surface" in knob.steps
+    surface_knob = "surface" in knob.steps
     if "surface_velocity" in case.quantities:
-        return knob.package != "acoustics" or of_the_surface
-    return knob.package != "acoustics" and not of_the_surface
+        return knob.package != "acoustics" or surface_knob
+    return knob.package != "acoustics" and not surface_knob
 
 
 def _request_name(knob: Knob) -> str:

@@ -65,7 +65,7 @@ def test_a_law_from_the_cache_warns_of_analytic_bodies_as_the_first_one_does(pyt
     for _ in range(2):
         with pytest.warns(AccuracyWarning, match="rim that bends") as given:
             mesh_law(Run(Scene(case, knobs), ResultCache(tmp_path), ResultCache(tmp_path)), 0)
-        told.append([(str(each.message), each.message.kind, each.message.about) for each in given])
+        told.append([(str(each.message), each.message.kind, each.message.subjects) for each in given])
     assert told[0] == told[1]
 
 

@@ -7,9 +7,9 @@ from nvhchain.cli.output import warning_lines
 from nvhchain.errors import AccuracyWarning, concerning, warn_caller
 
 
-def doubt(text, kind, *about):
+def doubt(text, kind, *subjects):
     made = AccuracyWarning(text, kind)
-    made.about = about
+    made.subjects = subjects
     return made
 
 

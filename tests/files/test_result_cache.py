@@ -58,7 +58,7 @@ def test_what_is_found_repeats_the_warnings_of_its_making(tmp_path):
         ask()  # whoever makes it warns
     with pytest.warns(AccuracyWarning, match="0.1 element edges from the surface") as found:
         ask()
-    assert found[0].message.about == ("pressure",)
+    assert found[0].message.subjects == ("pressure",)
 
 
 def test_warnings_without_a_statement_of_accuracy_are_repeated_too(tmp_path):
@@ -80,7 +80,7 @@ def test_warnings_without_a_statement_of_accuracy_are_repeated_too(tmp_path):
     for _ in range(2):
         with pytest.warns(AccuracyWarning) as found:
             ask("whole", whole)
-        told = [(str(each.message).partition(":")[0], each.message.kind, each.message.about) for each in found]
+        told = [(str(each.message).partition(":")[0], each.message.kind, each.message.subjects) for each in found]
         assert len(told) == 2
         assert ("the rim does not bend", "rims", ("whole", "part")) in told
     with pytest.warns(AccuracyWarning, match="rim") as found:

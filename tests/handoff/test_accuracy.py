@@ -102,4 +102,4 @@ def test_a_warning_of_a_hand_off_knows_its_kind_and_what_it_concerns():
     near = pressure(clearance=0.1, expected_error_nearest_db=2.0)
     with pytest.warns(AccuracyWarning) as found, concerning("solid"), concerning("pressure"):
         warn_of(near)
-    assert (found[0].message.kind, found[0].message.about) == ("field point near the surface", ("solid", "pressure"))
+    assert (found[0].message.kind, found[0].message.subjects) == ("field point near the surface", ("solid", "pressure"))

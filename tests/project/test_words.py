@@ -112,3 +112,21 @@ def test_no_public_name_begins_with_a_preposition():
     names = {each for _, value in public() for each in members(value.__qualname__, value)}
     found = {name for name in names if re.match(PREPOSITION, name.rpartition(".")[2])}
     assert sorted(found - {*CONVERSIONS.split()}) == []
+
+
+def test_no_variable_parameter_or_field_begins_with_a_preposition():
+    """But words that alone say where or when (the mask `inside`), adjectives (near points), in-plane misalignment."""
+    alone = {"inside", "outside", "above", "below", "before", "after", "on", "off", "up", "near", "in_plane"}
+    found = []
+    for path in sorted((ROOT / "nvhchain").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.arg):
+                name = node.arg
+            elif isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
+                name = node.id if isinstance(node, ast.Name) else node.attr
+            else:
+                continue
+            word = name.lstrip("_").lower().removeprefix("near_")
+            if word not in alone and re.match(PREPOSITION, word):
+                found.append(f"{path.relative_to(ROOT)}:{node.lineno}: {name}")
+    assert not found, "\n".join(found)

@@ -301,7 +301,7 @@ def test_warnings_are_repeated_with_their_kind_and_subject(sphere, tmp_path, mon
         with pytest.warns(AccuracyWarning, match="40 mm") as given:
             compare([sphere], fidelity=nvh.DRAFT, out=tmp_path)
         (told,) = [each.message for each in given if "40 mm" in str(each.message)]
-        assert (told.kind, told.about) == ("elements", ("ball", "pressure"))
+        assert (told.kind, told.subjects) == ("elements", ("ball", "pressure"))
 
 
 def test_the_command_says_so_and_starts_no_second_process(sphere, pytestconfig, tmp_path, monkeypatch, capsys):

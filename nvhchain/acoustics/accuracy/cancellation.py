@@ -54,8 +54,8 @@ def cancellation_resistance(
     Morse & Ingard, Theoretical Acoustics, 1968, sect. 7.1.
     """
     dipole = wavenumber**2 / (12 * np.pi) * (1.0 if plane is None else 2.0)
-    on_faces = pressure[surface.triangles].mean(axis=1)
-    return np.asarray(dipole * sum(thrust.squared for thrust in _thrusts(surface, on_faces, quadrature_error)))
+    face_pressure = pressure[surface.triangles].mean(axis=1)
+    return np.asarray(dipole * sum(thrust.squared for thrust in _thrusts(surface, face_pressure, quadrature_error)))
 
 
 def cancellation_pressure(
@@ -114,20 +114,20 @@ def cancellation_of_motion(
     for piece in (lines[batch] for batch in line_batches(len(lines))):
         k, moving = wavenumber[piece], [relative_velocity(piece, faces) for faces, _ in bodies]
         energy = np.array([body.areas @ np.abs(v) ** 2 for (_, body), v in zip(bodies, moving, strict=True)])
-        on_walls = np.array([wall_wavenumber(body, v) for (_, body), v in zip(bodies, moving, strict=True)])
-        cancels[:, piece] = (k < on_walls) | (quiet * np.sqrt(energy.sum(axis=0)) > 1.0)
-        ahead = (cancels[:, piece] * energy * np.minimum(k / on_walls, 1.0) ** 2).sum(axis=0)
+        wall_wavenumbers = np.array([wall_wavenumber(body, v) for (_, body), v in zip(bodies, moving, strict=True)])
+        cancels[:, piece] = (k < wall_wavenumbers) | (quiet * np.sqrt(energy.sum(axis=0)) > 1.0)
+        ahead = (cancels[:, piece] * energy * np.minimum(k / wall_wavenumbers, 1.0) ** 2).sum(axis=0)
         suspect[piece] = ahead * (1.0 + (k * away) ** 2)
     left = np.zeros(len(wavenumber))
     worst = np.sort(lines[np.argsort(suspect[lines])[-_MOST_LINES:]])
     for piece in (worst[batch] for batch in line_batches(len(worst))):
-        k, on_faces = wavenumber[piece], np.zeros((len(surface.triangles), len(piece)), dtype=complex)
+        k, face_pressure = wavenumber[piece], np.zeros((len(surface.triangles), len(piece)), dtype=complex)
         for number, (faces, body) in enumerate(bodies):
             mine = np.flatnonzero(cancels[number, piece])
             if len(mine) > 0:
                 v = relative_velocity(piece[mine], faces)
-                on_faces[np.ix_(faces, mine)] = pressure_of_motion(body, k[mine], v, air)
-        left[piece] = cancellation_pressure(surface, k, on_faces, points, plane, quadrature_error)
+                face_pressure[np.ix_(faces, mine)] = pressure_of_motion(body, k[mine], v, air)
+        left[piece] = cancellation_pressure(surface, k, face_pressure, points, plane, quadrature_error)
     return left
 
 
@@ -200,9 +200,9 @@ def _walls(body: Surface) -> tuple[csr_array, SuperLU]:
     way = np.linalg.norm(body.centroids[sides] - 0.5 * (first + last)[:, None], axis=2).sum(axis=1)
     conductance = np.where(angle < SHARP_ANGLE, np.linalg.norm(last - first, axis=1) / way, 0.0)
     faces = len(body.triangles)
-    across = coo_array((conductance, tuple(sides.T)), (faces, faces)).tocsr()
-    across = across + across.T
-    stiffness = (diags_array(across.sum(axis=1)) - across).tocsr()
+    conductances = coo_array((conductance, tuple(sides.T)), (faces, faces)).tocsr()
+    conductances = conductances + conductances.T
+    stiffness = (diags_array(conductances.sum(axis=1)) - conductances).tocsr()
     return stiffness, splu((stiffness + diags_array(body.areas / (0.5 * diameter(body.vertices)) ** 2)).tocsc())
 
 
@@ -282,12 +282,12 @@ def cancellation_accuracy(
     loud = np.flatnonzero(power > 0)
     if len(loud) == 0:
         return SoundAccuracy()
-    in_air = (frequency[loud] / one_element_frequency) ** 2
-    error = np.sqrt(error_power[loud] / power[loud]) + MESH_ERROR * (wall_wave_error[loud] - in_air).clip(0.0)
+    air_wave_error = (frequency[loud] / one_element_frequency) ** 2
+    error = np.sqrt(error_power[loud] / power[loud]) + MESH_ERROR * (wall_wave_error[loud] - air_wave_error).clip(0.0)
     worst = int(error.argmax())
     if error[worst] == 0:
         return SoundAccuracy()
-    asked = overestimate * MESH_ERROR * np.maximum(1 / fidelity.elements_per_wavelength**2, in_air)
+    asked = overestimate * MESH_ERROR * np.maximum(1 / fidelity.elements_per_wavelength**2, air_wave_error)
     return SoundAccuracy(
         cancellation_error_db=error_decibel(error[worst]),
         cancellation_frequency=float(frequency[loud[worst]]),

@@ -68,9 +68,9 @@ def vector_errors(
         nodes = support(sets.reshape(-1, sets.shape[2]))
         for gram in grams:
             size, below, above, *changes = np.sqrt(squared_norms(sets[:, :, nodes], gram[nodes, nodes]))
-            of_size = 1.0 / np.where(size > 0, size, 1.0)
-            error[batch] = np.maximum(error[batch], np.maximum(below, above) * of_size)
-            changed[batch] = np.maximum(changed[batch], sum(changes) * of_size)
+            inverse_size = 1.0 / np.where(size > 0, size, 1.0)
+            error[batch] = np.maximum(error[batch], np.maximum(below, above) * inverse_size)
+            changed[batch] = np.maximum(changed[batch], sum(changes) * inverse_size)
     return error + smooth.unresolved_echo_error(frequency), changed
 
 
@@ -90,8 +90,8 @@ def _grams(smooth: Interpolant, deciding: IntArray, points: int) -> list[Complex
     """Return inner products (n_node, n_node) of each deciding point's vectors at the nodes, conjugate first."""
     grams = []
     for point in deciding:
-        of_ends = [smooth.node_values(end) for end in range(point, len(smooth.atv.points), points)]
-        grams.append(np.sum([values.conj() @ values.T for values in of_ends], axis=0))
+        end_values = [smooth.node_values(end) for end in range(point, len(smooth.atv.points), points)]
+        grams.append(np.sum([values.conj() @ values.T for values in end_values], axis=0))
     return grams
 
 

@@ -121,44 +121,46 @@ def expected_accuracy(
     bodies, wavelength = [body for _, body in split_bodies(surface)], air.speed_of_sound / f_max
     sizes = [element_sizes(body) for body in bodies]
     size = max(max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING) for mean, coarsest in sizes)
-    per_wavelength = wavelength / size
+    elements_per_wavelength = wavelength / size
     facets = [FACETS * mean_square_angle(body) for body in bodies]
     shapes = [
-        of + COARSENESS * mean**2 * 4.0 * np.pi / _compact_area(body)
-        for body, of, (mean, _) in zip(bodies, facets, sizes, strict=True)
+        facet_error + COARSENESS * mean**2 * 4.0 * np.pi / _compact_area(body)
+        for body, facet_error, (mean, _) in zip(bodies, facets, sizes, strict=True)
     ]
     worst = int(np.argmax(shapes))
     faceting, coarse = facets[worst], shapes[worst]
     quadrature = _quadrature_accuracy(surface, fidelity, engine)
     ratio = neighbour_edge_ratio(bodies)
-    beside = min(NEIGHBOUR_ERROR * max(ratio**2 - 1.0, 0.0), 1.0)
+    neighbour_error = min(NEIGHBOUR_ERROR * max(ratio**2 - 1.0, 0.0), 1.0)
     remeshing = surface.accuracy.remeshing_error or 0.0
-    low = coarse + beside + remeshing + QUADRATURE_GROWTH * (quadrature.quadrature_error or 0.0)
-    patch, at_longest = (max(of) for of in zip(*(patch_error(body, size, wavelength) for body in bodies), strict=True))
+    low = coarse + neighbour_error + remeshing + QUADRATURE_GROWTH * (quadrature.quadrature_error or 0.0)
+    patch, longest_error = (
+        max(errors) for errors in zip(*(patch_error(body, size, wavelength) for body in bodies), strict=True)
+    )
     growth = NEEDLES if max(map(needle_share, bodies)) > NEEDLE_SHARE else 1.0
     low *= growth
-    error = growth * MESH_ERROR / per_wavelength**2 + low + patch
+    error = growth * MESH_ERROR / elements_per_wavelength**2 + low + patch
     expected = SoundAccuracy(
         upper_frequency=f_max,
         element_size=size,
-        elements_per_wavelength=per_wavelength,
+        elements_per_wavelength=elements_per_wavelength,
         asked_elements_per_wavelength=fidelity.elements_per_wavelength,
         expected_error_db=error_decibel(error),
         asked_error_db=error_decibel(MESH_ERROR / fidelity.elements_per_wavelength**2),
         expected_error_low_db=error_decibel(low),
         shape_error_db=error_decibel(coarse),
         faceting_error_db=error_decibel(faceting) if faceting > 0 else None,
-        expected_error_beside_db=error_decibel(beside) if beside > 0 else None,
-        neighbour_edge_ratio=ratio if beside > 0 else None,
+        expected_error_beside_db=error_decibel(neighbour_error) if neighbour_error > 0 else None,
+        neighbour_edge_ratio=ratio if neighbour_error > 0 else None,
         remeshing_error_db=error_decibel(remeshing) if remeshing > 0 else None,
         resonance_shift=resonance_shift(surface, plane) or None,
     )
     expected |= quadrature
     if patch > 0:
-        expected |= _patch(surface, size, wavelength, FIELD_POINT_FACTOR * (error + at_longest), fidelity)
+        expected |= _patch(surface, size, wavelength, FIELD_POINT_FACTOR * (error + longest_error), fidelity)
     clearance = np.inf if points is None else float(clearances(surface, points, FIELD_POINT_CLEARANCE).min())
     if clearance < FIELD_POINT_CLEARANCE:
-        near = error_decibel(FIELD_POINT_FACTOR * (error + at_longest) + FIELD_POINT_FLOOR)
+        near = error_decibel(FIELD_POINT_FACTOR * (error + longest_error) + FIELD_POINT_FLOOR)
         expected |= SoundAccuracy(clearance=clearance, expected_error_nearest_db=near)
     warn_of(expected)
     return expected

@@ -88,10 +88,10 @@ def _missed(surface: Surface, rows: IntArray | slice, a: ComplexArray, b: Comple
     values = np.concatenate([np.ones((len(place), 1)), place], axis=1)
     slopes = np.concatenate([np.zeros((len(surface.areas), 1)), surface.normals / half], axis=1)
     exact = np.zeros((len(place), 4), dtype=complex)
-    on_faces = values[surface.triangles]
+    corner_values = values[surface.triangles]
     alpha = coupling(surface, _wavenumber(surface))
     for corner in range(3):
-        mass = (on_faces.sum(axis=1) + on_faces[:, corner]) / 12.0 + alpha * slopes / 3.0
+        mass = (corner_values.sum(axis=1) + corner_values[:, corner]) / 12.0 + alpha * slopes / 3.0
         np.add.at(exact, surface.triangles[:, corner], surface.areas[:, None] * mass)
     missed = a @ values - b @ slopes - exact[rows]
     # the error of the hypersingular equation counts in its own measure
@@ -142,16 +142,16 @@ def _needle_seconds(surface: Surface, fidelity: AcousticsFidelity) -> FloatArray
     test, trial = np.repeat(np.arange(len(mesh.order)), np.diff(pairs.close_start)), pairs.close_trial
     taken = np.where(pairs.close_rule >= rules.plain, points[pairs.close_rule], 0.0)
     slender = needles[mesh.order]
-    beside = np.flatnonzero((pairs.close_rule == NEAREST) & (slender[test] | slender[trial]))
-    if len(beside):
-        some = beside[np.unique(np.linspace(0, len(beside) - 1, _SAMPLE).astype(int))]
+    needle_pairs = np.flatnonzero((pairs.close_rule == NEAREST) & (slender[test] | slender[trial]))
+    if len(needle_pairs):
+        some = needle_pairs[np.unique(np.linspace(0, len(needle_pairs) - 1, _SAMPLE).astype(int))]
         pieces, share = np.empty((256, 2, 3, 3)), np.empty(256)
         corners, least = mesh.vertices[mesh.triangles], mesh.least_scale * mesh.sizes
         cuts = [
             cut(pieces, share, corners[[t, s]], mesh.gap, least[t], least[s])[2]
             for t, s in zip(test[some], trial[some], strict=True)
         ]
-        taken[beside] = (np.mean(cuts) - 1.0) * points[NEAREST]
+        taken[needle_pairs] = (np.mean(cuts) - 1.0) * points[NEAREST]
     return np.asarray(_POINT_SECONDS * np.bincount(mesh.order[test], taken, len(slender)))
 
 

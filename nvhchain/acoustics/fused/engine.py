@@ -117,10 +117,10 @@ def stripes(
     k = np.asarray(wavenumbers, dtype=float)
     mesh = prepare(surface, fidelity, plane)
     n_vertex, n_face = len(surface.vertices), len(surface.triangles)
-    per_row = np.dtype(COMPLEX[fidelity.precision]).itemsize * len(k) * (n_vertex + n_face)
+    row_bytes = np.dtype(COMPLEX[fidelity.precision]).itemsize * len(k) * (n_vertex + n_face)
     alive = threads() + 1
-    parts = distribute_rows(mesh.triangles, mesh.tiles, n_vertex, max(1, -(-alive * n_vertex * per_row // memory)))
-    need, free = alive * per_row * max(len(part.rows) for part in parts), free_memory()
+    parts = distribute_rows(mesh.triangles, mesh.tiles, n_vertex, max(1, -(-alive * n_vertex * row_bytes // memory)))
+    need, free = alive * row_bytes * max(len(part.rows) for part in parts), free_memory()
     if need > 0.9 * free:
         raise ResourceError(
             f"stripes of {n_face} triangles and {len(k)} wavenumbers take {need / 1e9:.1f} GB, but {free / 1e9:.1f} GB "
@@ -251,7 +251,7 @@ def _assemble(mesh: Mesh, batch: _Batch, part: Part, row_of: IntArray, a: Comple
     own[part.rows] = row_of[part.rows]
     areas = mesh.areas.astype(real)
     far_wave, close_wave = wave_coefficients(batch.precision), wave_coefficients("double")
-    for at, trial in enumerate(mesh.trials):
+    for number, trial in enumerate(mesh.trials):
         normal_rows, curl_rows = trial.normal_rows.astype(real), trial.curl_rows.astype(real)
         for block in part.blocks:
             t = block.triangles
@@ -260,20 +260,20 @@ def _assemble(mesh: Mesh, batch: _Batch, part: Part, row_of: IntArray, a: Comple
             skip_start = np.concatenate([[0], np.cumsum(last - first)])
             normals, curls = mesh.normals[t].astype(real), mesh.curls[t].astype(real)
             for group in batch.groups:
-                rules, to_a, to_b = group.rules, a[group.some], b[group.some]
+                rules, group_a, group_b = group.rules, a[group.some], b[group.some]
                 hats, weights = rules.far_hats.astype(real), rules.far_weights.astype(real)
                 points = np.einsum("qi,tia->tqa", rules.far_hats, mesh.vertices[mesh.triangles[t]])
                 far(
                     points, normals, curls, areas[t], block.lines, row_of[block.rows], skip_start, skip, hats, weights,
-                    group.points[at], normal_rows, curl_rows, areas, mesh.columns, mesh.tiles, hats, weights,
-                    group.k.astype(real), group.beta.astype(real), group.new_step, far_wave, to_a, to_b,
+                    group.points[number], normal_rows, curl_rows, areas, mesh.columns, mesh.tiles, hats, weights,
+                    group.k.astype(real), group.beta.astype(real), group.new_step, far_wave, group_a, group_b,
                 )  # fmt: skip
                 close(
                     t, trial.close_start, trial.close_trial, trial.close_rule, rules.plain, rules.start, rules.chunks,
                     rules.width,
                     mesh.vertices, mesh.triangles, mesh.normals, mesh.curls, mesh.areas, mesh.sizes, trial.vertices,
                     trial.normals, trial.curls, mesh.gap, mesh.least_scale, mesh.columns, own, group.k, group.beta,
-                    group.new_step, close_wave, to_a, to_b,
+                    group.new_step, close_wave, group_a, group_b,
                 )  # fmt: skip
     restore = compiled(restore_columns, RESTORE_COLUMNS, batch.precision)
     restore(row_of[part.rows], mesh.vertex_rank, mesh.face_rank, a, b)

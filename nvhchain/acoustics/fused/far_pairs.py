@@ -168,7 +168,7 @@ def far_block(
     # The last tile is padded with its own first triangle, at share 0.
     points, normals = np.empty((n_m, 3, TILE), k.dtype), np.empty((3, TILE), k.dtype)
     curls, values, origin = np.empty((3, 3, TILE), k.dtype), np.empty((6, TILE), k.dtype), np.empty(3)
-    here, at = np.empty((n_q, 3), k.dtype), skip_start[:-1].copy()
+    here, next_skip = np.empty((n_q, 3), k.dtype), skip_start[:-1].copy()
     for it in range(tile.shape[0] - 1):
         start, width = tile[it], tile[it + 1] - tile[it]
         for axis in range(3):
@@ -188,10 +188,10 @@ def far_block(
                 pair[SHARE, u] = area_y[start + u] * area_x[t] / full_angle
             for u in range(TILE):
                 pair[FACING, u] = nx * normals[0, u] + ny * normals[1, u] + nz * normals[2, u]
-            while at[t] < skip_start[t + 1] and skip[at[t]] < start + width:
-                if skip[at[t]] >= start:
-                    pair[SHARE, skip[at[t]] - start] = 0.0
-                at[t] += 1
+            while next_skip[t] < skip_start[t + 1] and skip[next_skip[t]] < start + width:
+                if skip[next_skip[t]] >= start:
+                    pair[SHARE, skip[next_skip[t]] - start] = 0.0
+                next_skip[t] += 1
             for q in range(n_q):
                 for axis in range(3):
                     here[q, axis] = x[t, q, axis] - origin[axis]
@@ -215,5 +215,5 @@ def far_block(
                 )  # fmt: skip
         for ik in range(n_k):
             for i in range(n_row):
-                to_a, to_b = a[ik, row[i]], b[ik, row[i], start : start + width]
-                _scatter(values, lines[ik, i], curls, hat_y, beta[ik], to_a, to_b, vertex_y[start:], width)
+                row_a, row_b = a[ik, row[i]], b[ik, row[i], start : start + width]
+                _scatter(values, lines[ik, i], curls, hat_y, beta[ik], row_a, row_b, vertex_y[start:], width)

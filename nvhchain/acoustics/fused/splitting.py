@@ -36,14 +36,14 @@ def _squared_distance(left, right):
 @numba.njit(inline="always")
 def _longest_edge(samples):
     """Return (first corner of the longest edge, its length) of a triangle whose corners come first in `samples`."""
-    at, square = 0, 0.0
+    corner, square = 0, 0.0
     for i in range(3):
         length = 0.0
         for axis in range(3):
             length += (samples[i, axis] - samples[(i + 1) % 3, axis]) ** 2
         if length > square:
-            at, square = i, length
-    return at, np.sqrt(square)
+            corner, square = i, length
+    return corner, np.sqrt(square)
 
 
 @numba.njit(inline="always")

@@ -170,12 +170,12 @@ def choose_masters(
         lines = _lines_between(found.frequency, smooth)
         error = source.estimated_errors(smooth, lines)
         if error.max() <= allowed and test and tested <= _TESTED * allowed:
-            between = np.union1d(lines, _gap_lines(found.frequency, _CHANGED))
-            changed = source.changes(smooth, between, new)
+            change_lines = np.union1d(lines, _gap_lines(found.frequency, _CHANGED))
+            changed = source.changes(smooth, change_lines, new)
             tested = max(tested, float(changed.max()))
             if tested <= _TESTED * allowed:
                 break
-            lines, error = between, changed / _TESTED
+            lines, error = change_lines, changed / _TESTED
         if len(found.frequency) >= most:
             worst = int(error.argmax())
             left_over, unforeseen, half = (error_decibel(e) for e in (error[worst], tested, _TESTED * allowed))
@@ -245,11 +245,11 @@ def _next(masters: FloatArray, lines: FloatArray, error: FloatArray, count: int)
     """Return the next frequencies: in the gaps of the largest estimated errors and, for one in four, in the widest."""
     gap = np.searchsorted(masters, lines) - 1
     best: dict[int, int] = {}
-    for at in np.argsort(error):
-        best[int(gap[at])] = int(at)  # the last one remains, with the largest error
-    by_error = sorted(best, key=lambda i: -error[best[i]])
+    for line in np.argsort(error):
+        best[int(gap[line])] = int(line)  # the last one remains, with the largest error
+    worst_gaps = sorted(best, key=lambda i: -error[best[i]])
     widest = [int(i) for i in np.argsort(-np.diff(masters))]
-    chosen = by_error[: count - count // 4]
+    chosen = worst_gaps[: count - count // 4]
     chosen += [i for i in widest if i not in chosen][: count - len(chosen)]
     return np.sort(lines[[best[i] for i in chosen]])
 

@@ -97,19 +97,19 @@ class Nodes:
             if len(self.node) == 2 and self.node[0] > 0:
                 low, high = self.node**2
                 share = (frequency**2 - low) / (high - low)
-                over_square = np.stack([1.0 - share, share], axis=1) * (frequency[:, None] / self.node)
-                weights[1] += _OPTIMISM * (whole - over_square)
+                straight_weights = np.stack([1.0 - share, share], axis=1) * (frequency[:, None] / self.node)
+                weights[1] += _OPTIMISM * (whole - straight_weights)
             return weights
         above = np.clip(np.searchsorted(self.masters, frequency), 1, max(1, len(self.masters) - 1))
         first = _nearest(self.node, frequency, self.nodes_per_value)[:, 0]
         for side, neighbour in zip(weights, (above - 1, np.minimum(above, len(self.masters) - 1)), strict=True):
             for i, start in set(zip(neighbour.tolist(), first.tolist(), strict=True)):
                 rows = np.flatnonzero((neighbour == i) & (first == start))
-                others, without = self._leave_one_out[i]
+                others, other_window = self._leave_one_out[i]
                 line = frequency[rows]
-                side[rows[:, None], others] -= self._rescaled(without.weights(line), others, line)
-                around = np.arange(start, start + self.nodes_per_value)
-                lost, gained = (np.setdiff1d(a, b, assume_unique=True) for a, b in ((around, others), (others, around)))
+                side[rows[:, None], others] -= self._rescaled(other_window.weights(line), others, line)
+                used = np.arange(start, start + self.nodes_per_value)
+                lost, gained = (np.setdiff1d(a, b, assume_unique=True) for a, b in ((used, others), (others, used)))
                 factor = np.prod(line[:, None] - self.node[lost], axis=1)
                 side[rows] *= _OPTIMISM * np.abs(factor / np.prod(line[:, None] - self.node[gained], axis=1))[:, None]
         return weights
@@ -139,12 +139,12 @@ class Nodes:
         for start in np.unique(first):
             rows = np.flatnonzero(first == start)
             used, line = np.arange(start, start + self.nodes_per_value), frequency[rows]
-            for at, (pole, residue) in enumerate(zip(*self._windows[start].resonances(), strict=True)):
+            for number, (pole, residue) in enumerate(zip(*self._windows[start].resonances(), strict=True)):
                 if not is_opening_resonance(pole, self.paths):
                     continue
                 away = line - pole
                 change = pole_shift_change(pole, away, shift) / np.abs(away)
-                weights[at, rows[:, None], used] = self._rescaled(change[:, None] * residue, used, line)
+                weights[number, rows[:, None], used] = self._rescaled(change[:, None] * residue, used, line)
         return weights
 
     def poles_between(self, low: float, high: float) -> ComplexArray:
@@ -221,8 +221,8 @@ class Interpolant(Nodes):
         """Return e^{jkr} times the vectors at the nodes: (n_node, n_face) Pa/(m/s)."""
         known = self.atv.vectors[:, point]
         known = known * np.exp(1j * self.wavenumber(self.atv.frequency)[:, None] * self.distance(point))
-        at_masters = known[len(known) - len(self.masters) :]
-        return np.concatenate([at_masters[: self.mirrored][::-1].conj(), at_masters])
+        master_values = known[len(known) - len(self.masters) :]
+        return np.concatenate([master_values[: self.mirrored][::-1].conj(), master_values])
 
 
 def is_opening_resonance(pole: complex, paths: Paths) -> bool:

@@ -61,14 +61,14 @@ def paths_about(surface: Surface, plane: RigidPlane | None, air: Air) -> Paths:
     The phase of the direct path is removed. The remaining phase stems from detours about the body, no longer than its
     radius.
     """
-    per_metre = 2 * np.pi / air.speed_of_sound
+    wavenumber_slope = 2 * np.pi / air.speed_of_sound
     middle = plane_foot(surface, None)
     radius = float(np.linalg.norm(surface.vertices - middle, axis=1).max())
-    phase_slope = per_metre * radius
+    phase_slope = wavenumber_slope * radius
     if plane is None:
         return Paths(phase_slope)
     way = 2.0 * float(plane.height(middle[None])[0])
-    return Paths(phase_slope, per_metre * way, radius / way)
+    return Paths(phase_slope, wavenumber_slope * way, radius / way)
 
 
 def _curved(phase_slope: float, frequency: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:

@@ -27,10 +27,10 @@ class Window:
     def weights(self, frequency: FloatArray) -> ComplexArray:
         """Return weights (n, m) of nodal values for the value at each `frequency` (n,) Hz: ℓ_j(f) q(f_j)/q(f)."""
         distance = frequency[:, None] - self.nodes
-        on_node = distance == 0
-        distance[on_node] = 1.0
+        coincident = distance == 0
+        distance[coincident] = 1.0
         weights = np.asarray(barycentric(self.nodes) * self.denominator(self.nodes) / distance, dtype=complex)
-        weights[on_node.any(axis=1)] = on_node[on_node.any(axis=1)]
+        weights[coincident.any(axis=1)] = coincident[coincident.any(axis=1)]
         return weights / weights.sum(axis=1, keepdims=True)
 
     def resonances(self) -> tuple[ComplexArray, ComplexArray]:

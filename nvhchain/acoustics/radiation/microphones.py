@@ -66,8 +66,8 @@ def array_points(
     else:
         azimuth = np.radians(_HEMISPHERE_AZIMUTH if half else _SPHERE_AZIMUTH)
         height = (np.arange(len(azimuth)) + 0.5) / len(azimuth)
-    across = np.sqrt(1.0 - height**2)
-    unit = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), height], axis=1)
+    ring_radius = np.sqrt(1.0 - height**2)
+    unit = np.stack([ring_radius * np.cos(azimuth), ring_radius * np.sin(azimuth), height], axis=1)
     if not half:
         opposite = [1.0, 1.0, -1.0] if standard == "ISO 3744" else [-1.0, -1.0, -1.0]
         unit = np.concatenate([unit, unit * opposite])
@@ -126,8 +126,8 @@ def source_dimension(surface: Surface, plane: RigidPlane | None) -> float:
     """
     if plane is None:
         return 0.5 * diameter(surface.vertices)
-    along = np.ptp(surface.vertices @ plane_axes(plane)[:2].T, axis=0)
-    return float(np.linalg.norm([*(0.5 * along), plane.height(surface.vertices).max()]))
+    extent = np.ptp(surface.vertices @ plane_axes(plane)[:2].T, axis=0)
+    return float(np.linalg.norm([*(0.5 * extent), plane.height(surface.vertices).max()]))
 
 
 def check_array(

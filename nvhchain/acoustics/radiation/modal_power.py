@@ -310,10 +310,10 @@ def _error_power(resistance: RadiationResistance, frequency: FloatArray, velocit
         return error
     known = resistance.frequency[masters]
     place = np.interp(frequency, known, np.arange(len(known)))
-    for at, master in enumerate(masters):
-        near = np.flatnonzero(np.abs(place - at) < 1)
+    for position, master in enumerate(masters):
+        near = np.flatnonzero(np.abs(place - position) < 1)
         form = np.einsum("lc,lc->l", velocity[near].conj(), velocity[near] @ resistance.cancellation[master].T).real
-        error[near] += (1 - np.abs(place[near] - at)) * 0.5 * form * (frequency[near] / known[at]) ** 4
+        error[near] += (1 - np.abs(place[near] - position)) * 0.5 * form * (frequency[near] / known[position]) ** 4
     return np.maximum(error, 0.0)
 
 
@@ -351,5 +351,5 @@ def _inner_products(resistance: RadiationResistance, mirrored: int) -> ComplexAr
     """Return inner products of waves over frequency at mirrored masters and masters; every column counts alike."""
     direct, turned = resistance.inner_products
     images = direct[:mirrored, :mirrored][::-1, ::-1].conj()
-    across = -turned[:mirrored][::-1]  # waves over frequency at −f are −conj of those at f
-    return np.block([[images, across], [across.conj().T, direct]])
+    mixed_products = -turned[:mirrored][::-1]  # waves over frequency at −f are −conj of those at f
+    return np.block([[images, mixed_products], [mixed_products.conj().T, direct]])

@@ -169,8 +169,8 @@ def _impulse_responses(functions: ArrayLike, bins: IntArray, samples: int, delay
     # the record begins `early` samples before the first arrival
     advance = np.exp(2j * np.pi * ((bins * (delay - early)) % samples) / samples)
     top = bins[-1]
-    into_fade = np.clip((bins - (1 - FADE) * top) / (FADE * top), 0.0, 1.0)
-    spectrum[bins] = functions * (advance * np.cos(0.5 * np.pi * into_fade) ** 2)[:, None]
+    fade_position = np.clip((bins - (1 - FADE) * top) / (FADE * top), 0.0, 1.0)
+    spectrum[bins] = functions * (advance * np.cos(0.5 * np.pi * fade_position) ** 2)[:, None]
     return np.asarray(irfft(spectrum, samples, axis=0).T)
 
 

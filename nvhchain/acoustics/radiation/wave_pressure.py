@@ -66,8 +66,8 @@ def wave_pressure(
         sets = np.stack([nodes.weights(frequency[piece]), *nodes.error_weights(frequency[piece])])
         for node in np.flatnonzero(sets.any(axis=(0, 1))).tolist():
             if node not in waves:
-                of = np.sqrt(resistance.air.impedance) * node_waves(resistance, nodes, node)
-                waves[node] = outgoing.degree_sums(of) if outgoing.few else of
+                scaled_waves = np.sqrt(resistance.air.impedance) * node_waves(resistance, nodes, node)
+                waves[node] = outgoing.degree_sums(scaled_waves) if outgoing.few else scaled_waves
         k = 2 * np.pi / resistance.air.speed_of_sound * frequency[piece]
         (pressure[piece], *errors), highest = summed(outgoing, k, velocity[piece], sets, waves)
         last[piece], error[piece] = np.abs(highest), np.abs(errors).max(axis=0)
@@ -111,8 +111,8 @@ def _few_pressures(
     the node, so that the waves themselves are never summed.
     """
     top = np.zeros(len(wavenumber), dtype=int)
-    for node, of in waves.items():
-        used = np.flatnonzero(of.any(axis=(0, 1)))
+    for node, sums in waves.items():
+        used = np.flatnonzero(sums.any(axis=(0, 1)))
         top[sets[0, :, node] != 0] = np.maximum(top[sets[0, :, node] != 0], used[-1] if len(used) else 0)
     radial = outgoing.radial(wavenumber, top)
     count, points, degrees = radial.shape

@@ -154,8 +154,8 @@ class ExteriorProblem:
 
         def change(line: int, point: int, shift: float) -> float:
             paths = paths_about(self.surface, self.plane, self.air)
-            beside = self._neighbouring_pressure(velocity, line, x[[point]], shift)
-            return resonance_shift_change(frequency[line], values[line, point], beside, shift, paths)
+            neighbouring_pressure = self._neighbouring_pressure(velocity, line, x[[point]], shift)
+            return resonance_shift_change(frequency[line], values[line, point], neighbouring_pressure, shift, paths)
 
         field = field_accuracy(velocity, values, accuracy, self.fidelity, change)
         warn_of(field)
@@ -305,8 +305,8 @@ class ExteriorProblem:
         delayed = velocity.normal_velocity[[line]] * np.exp(1j * phase)
         quantity = FieldValues(self.surface, point, self.air, self.plane, self.fidelity.field_near_ratio)
         task = check_memory(self.surface, 1, *quantity.memory(1), self.engine, self.fidelity)
-        beside = np.array([(1.0 + step) * frequency])
-        return band_values(beside, delayed, problem=self, quantity=quantity, task=(task, 0.0)).values[0, 0]
+        raised_frequency = np.array([(1.0 + step) * frequency])
+        return band_values(raised_frequency, delayed, problem=self, quantity=quantity, task=(task, 0.0)).values[0, 0]
 
     def _frequencies(self, velocity: SurfaceVelocity) -> FloatArray:
         """Return the frequencies (n_f,) Hz of a velocity of this surface; InputError otherwise."""

@@ -62,18 +62,18 @@ class FieldValues(Quantity):
         (normal_velocity,) = row
         surface, k = self.surface, line.wavenumber
         gradient = -1j * line.omega * self.air.density * (velocity_within_faces(surface) @ normal_velocity)
-        on_surface = system.solve(system.apply_b(gradient))
+        surface_pressure = system.solve(system.apply_b(gradient))
         ends = append_images(self.points, self.plane)
-        at_ends = np.empty(len(ends), dtype=complex)
+        end_pressure = np.empty(len(ends), dtype=complex)
         for start in range(0, len(ends), self._block):
             some = slice(start, start + self._block)
             double, single = layer_potentials(surface, ends[some], k, self.cut_ratio)
-            at_ends[some] = double @ on_surface - single @ gradient
+            end_pressure[some] = double @ surface_pressure - single @ gradient
         found = np.zeros(self.shape, dtype=complex)
-        found[:-2] = at_ends.reshape(-1, len(self.points)).sum(axis=0)
-        on_faces = on_surface[surface.triangles].mean(axis=1)
-        largest = max(float(np.abs(on_faces).max()), np.finfo(float).tiny)  # scaled: squares may overflow
-        scaled = on_faces / largest
+        found[:-2] = end_pressure.reshape(-1, len(self.points)).sum(axis=0)
+        face_pressure = surface_pressure[surface.triangles].mean(axis=1)
+        largest = max(float(np.abs(face_pressure).max()), np.finfo(float).tiny)  # scaled: squares may overflow
+        scaled = face_pressure / largest
         left = cancellation_pressure(
             surface, np.array([k]), scaled[:, None], self.points, self.plane, line.quadrature_error
         )
@@ -149,9 +149,9 @@ def field_accuracy(
     accuracy = cancellation_accuracy(frequency, audible, left**2, short, fidelity, one_element)
     shift = expected.resonance_shift or 0.0
     if shift > 0 and (audible * stored).any():
-        at = int((audible * stored).argmax())
-        changed = np.array([change(at, int(amplitude[at].argmax()), shift)])
-        accuracy |= missed_resonances(shift, 1, frequency[[at]], loudest[[at]], changed, fidelity)
+        peak_line = int((audible * stored).argmax())
+        changed = np.array([change(peak_line, int(amplitude[peak_line].argmax()), shift)])
+        accuracy |= missed_resonances(shift, 1, frequency[[peak_line]], loudest[[peak_line]], changed, fidelity)
     return accuracy
 
 
@@ -187,9 +187,9 @@ def vertex_values(surface: Surface, galerkin: ComplexArray) -> ComplexArray:
     """
     total = np.zeros(galerkin.shape, dtype=complex)
     weight = np.zeros(len(surface.vertices))
-    on_corners = galerkin[:, surface.triangles]
+    corner_values = galerkin[:, surface.triangles]
     for i in range(3):
-        share = surface.areas / 12.0 * (on_corners.sum(axis=2) + on_corners[:, :, i])
+        share = surface.areas / 12.0 * (corner_values.sum(axis=2) + corner_values[:, :, i])
         np.add.at(total.T, surface.triangles[:, i], share.T)
         np.add.at(weight, surface.triangles[:, i], surface.areas / 3.0)
     return 0.5 * (galerkin + total / weight)

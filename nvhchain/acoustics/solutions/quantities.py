@@ -109,9 +109,9 @@ def band_values(
     wavenumbers = omega[solved] / problem.air.speed_of_sound
 
     def solve(number: int, system: System) -> None:
-        at = solved[number]
-        line = Line(omega[at], float(wavenumbers[number]), quadrature_error)
-        values[at] = quantity.values(system, line, *(row[at] for row in rows))
+        index = solved[number]
+        line = Line(omega[index], float(wavenumbers[number]), quadrature_error)
+        values[index] = quantity.values(system, line, *(row[index] for row in rows))
 
     def solved_by(fidelity: AcousticsFidelity) -> Solved:
         batches = systems(problem.engine, problem.surface, wavenumbers, fidelity, problem.plane, memory)
@@ -309,9 +309,9 @@ class Vectors(Quantity):
     def values(self, system: System, line: Line, *row: ComplexArray) -> ComplexArray:
         """Return the vectors at one frequency."""
         double, single = layer_potentials(self.surface, self.ends, line.wavenumber, self.cut_ratio)
-        of_faces = system.adjoint(double.T).T
-        of_faces -= single
-        return np.asarray(-1j * line.omega * self.air.density * (of_faces @ velocity_within_faces(self.surface)))
+        face_vectors = system.adjoint(double.T).T
+        face_vectors -= single
+        return np.asarray(-1j * line.omega * self.air.density * (face_vectors @ velocity_within_faces(self.surface)))
 
     def rayleigh(self, frequency: FloatArray) -> Solved:
         """Return the vectors by the Rayleigh integral."""

@@ -42,8 +42,8 @@ def opening_widths(count, centroids, normals, opposite):
             if square >= nearest:
                 continue
             ahead = x * normals[i, 0] + y * normals[i, 1] + z * normals[i, 2]
-            behind = x * normals[j, 0] + y * normals[j, 1] + z * normals[j, 2]
-            if ahead > 0.0 > behind and (normals[i] * normals[j]).sum() < opposite:
+            other_ahead = x * normals[j, 0] + y * normals[j, 1] + z * normals[j, 2]
+            if ahead > 0.0 > other_ahead and (normals[i] * normals[j]).sum() < opposite:
                 nearest = square
         widths[i] = np.sqrt(nearest)
     return widths

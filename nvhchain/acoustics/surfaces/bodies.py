@@ -61,12 +61,12 @@ def check_bodies(surface: Surface) -> None:
     facing = facing_pairs(surface, pairs, LEAST_GAP)
     width = np.where(facing.air, facing.ratio, np.inf)
     if (width < LEAST_GAP).any():
-        at = int(width.argmin())
-        one, other = facing.pairs[at]
+        smallest = int(width.argmin())
+        one, other = facing.pairs[smallest]
         edge = float(surface.longest_edges[[one, other]].max())
         raise InputError(
             f"triangles {one} and {other} near {surface.centroids[one].tolist()} m face each other across "
-            f"{1e3 * width[at] * edge:.3g} mm of air, at least {1e3 * LEAST_GAP * edge:.3g} mm ({LEAST_GAP:g} of "
+            f"{1e3 * width[smallest] * edge:.3g} mm of air, at least {1e3 * LEAST_GAP * edge:.3g} mm ({LEAST_GAP:g} of "
             "their edge) are needed: close the gap, widen it or refine the surface there"
         )
     _check_nesting(surface, body)

@@ -89,12 +89,12 @@ def clearances(surface: Surface, points: FloatArray, reach: float = np.inf) -> F
     Distances of `reach` or more are inf.  Source: Ericson, Real-Time Collision Detection, 5.1.5.
     """
     corners, least = surface.vertices[surface.triangles], np.full(len(points), np.inf)
-    tree, within = cKDTree(points), (1.0 + reach) * surface.longest_edges
-    pairs = np.cumsum(tree.query_ball_point(surface.centroids, within, return_length=True))
+    tree, search_radius = cKDTree(points), (1.0 + reach) * surface.longest_edges
+    pairs = np.cumsum(tree.query_ball_point(surface.centroids, search_radius, return_length=True))
     for some in np.split(np.arange(len(corners)), np.flatnonzero(np.diff(pairs // _PAIRS)) + 1):
-        beside = tree.query_ball_point(surface.centroids[some], within[some])
-        triangle = np.repeat(some, [len(of) for of in beside])
-        point = np.concatenate([np.asarray(of, dtype=int) for of in beside])
+        near_points = tree.query_ball_point(surface.centroids[some], search_radius[some])
+        triangle = np.repeat(some, [len(indices) for indices in near_points])
+        point = np.concatenate([np.asarray(indices, dtype=int) for indices in near_points])
         distance = _distances(corners[triangle] - points[point, None]) / surface.longest_edges[triangle]
         np.minimum.at(least, point, distance)
     return np.where(least < reach, least, np.inf)

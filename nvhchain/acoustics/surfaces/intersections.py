@@ -79,11 +79,11 @@ def crossing_pairs(surface: Surface, pairs: IntArray) -> IntArray:
         slack = _ROUNDING * np.maximum(size[left], size[right])
         for i in range(3):
             start, end = height[:, i], height[:, (i + 1) % 3]
-            through = (np.minimum(start, end) <= slack) & (np.maximum(start, end) >= -slack)
-            through &= np.abs(end - start) > 2.0 * slack  # an edge in the plane crosses nothing
-            share = (start / np.where(through, start - end, 1.0)).clip(0.0, 1.0)[:, None]
+            piercing = (np.minimum(start, end) <= slack) & (np.maximum(start, end) >= -slack)
+            piercing &= np.abs(end - start) > 2.0 * slack  # an edge in the plane crosses nothing
+            share = (start / np.where(piercing, start - end, 1.0)).clip(0.0, 1.0)[:, None]
             point = (1.0 - share) * corners[left, i] + share * corners[left, (i + 1) % 3]
-            crossing |= through & (squared_distance(point, corners[right]) <= slack**2)
+            crossing |= piercing & (squared_distance(point, corners[right]) <= slack**2)
     return np.concatenate([pairs[crossing], flat[_overlapping(surface, flat)]])
 
 
@@ -94,19 +94,21 @@ def folded_pairs(surface: Surface) -> IntArray:
     which their planes meet runs into both from there.
     """
     pairs, common = joined_pairs(surface)
-    at_edge, at_vertex = pairs[common == 2], pairs[common == 1]
-    inward = np.array([_inward(surface, at_edge[:, i], at_edge[:, 1 - i]) for i in (0, 1)])
+    edge_pairs, vertex_pairs = pairs[common == 2], pairs[common == 1]
+    inward = np.array([_inward(surface, edge_pairs[:, i], edge_pairs[:, 1 - i]) for i in (0, 1)])
     folded = np.linalg.norm(inward[0] - inward[1], axis=1) < FOLD
-    flat = _coplanar(surface, at_vertex)
-    meeting, in_plane = at_vertex[~flat], at_vertex[flat]
+    flat = _coplanar(surface, vertex_pairs)
+    meeting, coplanar_pairs = vertex_pairs[~flat], vertex_pairs[flat]
     line = np.cross(surface.normals[meeting[:, 0]], surface.normals[meeting[:, 1]])
     line /= np.linalg.norm(line, axis=1, keepdims=True)
     ways = _runs_into(surface, meeting, line)
     some = np.flatnonzero(ways.any(axis=0))  # few in a fan, whose pairs grow with the square of its triangles
-    through = np.zeros(len(meeting), dtype=bool)
-    through[some] = (ways[:, some] & _runs_into(surface, meeting[some, ::-1], line[some])).any(axis=0)
+    intersecting = np.zeros(len(meeting), dtype=bool)
+    intersecting[some] = (ways[:, some] & _runs_into(surface, meeting[some, ::-1], line[some])).any(axis=0)
     twice = pairs[common == 3]
-    return np.concatenate([twice, at_edge[folded], meeting[through], in_plane[_overlapping(surface, in_plane)]])
+    return np.concatenate(
+        [twice, edge_pairs[folded], meeting[intersecting], coplanar_pairs[_overlapping(surface, coplanar_pairs)]]
+    )
 
 
 def joined_pairs(surface: Surface) -> tuple[IntArray, IntArray]:
@@ -124,9 +126,9 @@ def _inward(surface: Surface, triangle: IntArray, neighbour: IntArray) -> FloatA
     apex = np.argmin(shared, axis=1)
     start, end, tip = (_corner(surface, triangle, apex + i) for i in (1, 2, 0))
     edge, arm = end - start, tip - start
-    along = np.einsum("ni,ni->n", edge, arm) / np.einsum("ni,ni->n", edge, edge)
-    across = arm - along[:, None] * edge
-    return np.asarray(across / np.linalg.norm(across, axis=1, keepdims=True))
+    share = np.einsum("ni,ni->n", edge, arm) / np.einsum("ni,ni->n", edge, edge)
+    altitude = arm - share[:, None] * edge
+    return np.asarray(altitude / np.linalg.norm(altitude, axis=1, keepdims=True))
 
 
 def _runs_into(surface: Surface, pairs: IntArray, line: FloatArray) -> NDArray[np.bool_]:
@@ -136,12 +138,14 @@ def _runs_into(surface: Surface, pairs: IntArray, line: FloatArray) -> NDArray[n
     count along and against them.
     """
     corners, own = surface.vertices[surface.triangles], pairs[:, 0]
-    at = (surface.triangles[own][:, :, None] == surface.triangles[pairs[:, 1]][:, None, :]).any(axis=2).argmax(axis=1)
+    shared_corner = (
+        (surface.triangles[own][:, :, None] == surface.triangles[pairs[:, 1]][:, None, :]).any(axis=2).argmax(axis=1)
+    )
     # for every corner: unit vectors in the plane, normal to both its edges, into the triangle
     edges = np.stack([np.roll(corners, -1, axis=1) - corners, corners - np.roll(corners, 1, axis=1)], axis=2)
     inward = np.cross(surface.normals[:, None, None], edges)
     inward /= np.linalg.norm(inward, axis=3, keepdims=True)
-    sine = np.array([np.einsum("ni,ni->n", inward[own, at, side], line) for side in (0, 1)])
+    sine = np.array([np.einsum("ni,ni->n", inward[own, shared_corner, side], line) for side in (0, 1)])
     return np.array([(sine >= -_PLANE_TOLERANCE).all(axis=0), (sine <= _PLANE_TOLERANCE).all(axis=0)])
 
 
@@ -189,17 +193,17 @@ def facing_pairs(surface: Surface, pairs: IntArray, reach: float) -> Facing:
     """
     normals, corners, size = surface.normals, surface.vertices[surface.triangles], surface.longest_edges
     opposite = np.einsum("ni,ni->n", normals[pairs[:, 0]], normals[pairs[:, 1]]) < FACING
-    between = surface.centroids[pairs[:, 1]] - surface.centroids[pairs[:, 0]]
-    ahead = np.einsum("ni,ni->n", between, normals[pairs[:, 0]])
-    behind = np.einsum("ni,ni->n", between, normals[pairs[:, 1]])
-    chosen = opposite & (ahead * behind < 0)
+    offset = surface.centroids[pairs[:, 1]] - surface.centroids[pairs[:, 0]]
+    ahead = np.einsum("ni,ni->n", offset, normals[pairs[:, 0]])
+    other_ahead = np.einsum("ni,ni->n", offset, normals[pairs[:, 1]])
+    chosen = opposite & (ahead * other_ahead < 0)
     pairs, air = pairs[chosen], ahead[chosen] > 0
     # a triangle on one side of the other's plane is no nearer than its lowest corner: needles of a fan
     for own in (0, 1):
         one, other = pairs[:, own], pairs[:, 1 - own]
         height = _heights(corners[one], corners[other], normals[other])
-        beyond = np.maximum(height.min(axis=1), -height.max(axis=1))
-        reached = beyond < reach * np.maximum(size[one], size[other])
+        plane_distance = np.maximum(height.min(axis=1), -height.max(axis=1))
+        reached = plane_distance < reach * np.maximum(size[one], size[other])
         pairs, air = pairs[reached], air[reached]
     least = np.full(len(pairs), np.inf)
     for one, other in ((pairs[:, 0], pairs[:, 1]), (pairs[:, 1], pairs[:, 0])):

@@ -237,14 +237,14 @@ def cut_edges(vertices: FloatArray, triangles: IntArray, longest: float) -> tupl
     origin = np.arange(len(triangles))
     while True:
         ends = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-        edges, of = np.unique(ends, axis=0, return_inverse=True)
+        edges, edge_numbers = np.unique(ends, axis=0, return_inverse=True)
         long = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1) > longest
         if not long.any():
             return vertices, triangles, origin
         middle = np.full(len(edges), -1)
         middle[long] = len(vertices) + np.arange(np.count_nonzero(long))
         vertices = np.concatenate([vertices, vertices[edges[long]].mean(axis=1)])
-        halved = middle[of.reshape(-1, 3)]  # sides from corner 0, 1 and 2; -1 for a side that stays
+        halved = middle[edge_numbers.reshape(-1, 3)]  # sides from corner 0, 1 and 2; -1 for a side that stays
         count = (halved >= 0).sum(axis=1)
         first = np.where(count == 1, (halved >= 0).argmax(axis=1), ((halved < 0).argmax(axis=1) + 1) % 3)
         turn = (np.arange(3) + first[:, None]) % 3  # moves a lone halved side to the front, a lone whole one to the end

@@ -44,10 +44,10 @@ def check_above(plane: RigidPlane, points: FloatArray) -> None:
     """Raise InputError for field points (n_point, 3) m behind a rigid plane; rounding moves some off a tilted plane."""
     above = plane.height(points)
     slack = 1e-12 * float(np.abs(points - np.asarray(plane.point)).max(initial=0.0))
-    behind = int(above.argmin())
+    lowest = int(above.argmin())
     require(
-        above[behind] >= -slack,
-        f"field point {behind} at {points[behind].tolist()} m lies {-1e3 * above[behind]:.4g} mm behind the rigid "
+        above[lowest] >= -slack,
+        f"field point {lowest} at {points[lowest].tolist()} m lies {-1e3 * above[lowest]:.4g} mm behind the rigid "
         "plane: move it to the side the plane's normal points to",
     )
 

@@ -173,16 +173,16 @@ def check_points(surface: Surface, points: ArrayLike) -> FloatArray:
         "does not hold the phase of sound: move it closer",
     )
     # most points lie so far outside the bounding box that no triangle needs a check
-    beyond = np.maximum(surface.vertices.min(axis=0) - x, x - surface.vertices.max(axis=0)).max(axis=1)
-    near = np.flatnonzero(beyond <= CLEARANCE * surface.longest_edges.max())
+    box_distance = np.maximum(surface.vertices.min(axis=0) - x, x - surface.vertices.max(axis=0)).max(axis=1)
+    near = np.flatnonzero(box_distance <= CLEARANCE * surface.longest_edges.max())
     inside = winding_numbers(surface.vertices[surface.triangles], x[near]) > 0.5
     distance = clearances(surface, x[near], CLEARANCE)
-    for at in np.flatnonzero(inside | (distance < CLEARANCE))[:1]:
-        where = f"field point {near[at]} at {x[near[at]].tolist()} m"
-        require(not inside[at], f"{where} lies inside the body: move it outside")
+    for index in np.flatnonzero(inside | (distance < CLEARANCE))[:1]:
+        where = f"field point {near[index]} at {x[near[index]].tolist()} m"
+        require(not inside[index], f"{where} lies inside the body: move it outside")
         raise InputError(
-            f"{where} is {distance[at]:.3g} element edges from the surface, at least {CLEARANCE:g} are needed: move it "
-            "away or refine the mesh there"
+            f"{where} is {distance[index]:.3g} element edges from the surface, at least {CLEARANCE:g} are needed: move "
+            "it away or refine the mesh there"
         )
     return x
 

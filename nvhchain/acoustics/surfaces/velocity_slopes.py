@@ -32,8 +32,8 @@ def velocity_within_faces(surface: Surface) -> csr_array:
     """
     corners = surface.vertices[surface.triangles] - surface.centroids[:, None]
     principal, axes = np.linalg.eigh(np.einsum("fki,fkj->fij", corners, corners) / 12.0)
-    along, most = axes[:, :, 2], principal[:, 2]
-    axes = np.stack([along, np.cross(surface.normals, along)], axis=2)
+    major_axis, most = axes[:, :, 2], principal[:, 2]
+    axes = np.stack([major_axis, np.cross(surface.normals, major_axis)], axis=2)
     moments = np.stack([most, surface.areas**2 / (108.0 * most)], axis=1)  # their product is that of every triangle
     slopes = _slopes(surface, axes, np.sqrt(moments))
     part = np.max([surface.areas * (slope.power(2) @ (1.0 / surface.areas)) for slope in slopes], axis=0)
@@ -50,11 +50,11 @@ def _slopes(surface: Surface, axes: FloatArray, lengths: FloatArray) -> list[csr
     faces = len(surface.triangles)
     _, sides, angle = edge_table(surface)
     flat = sides[angle < SHARP_ANGLE]
-    at, by = np.concatenate([flat, flat[:, ::-1]]).T
-    offset = np.einsum("ni,nik->nk", surface.centroids[by] - surface.centroids[at], axes[at]) / lengths[at]
+    own, neighbour = np.concatenate([flat, flat[:, ::-1]]).T
+    offset = np.einsum("ni,nik->nk", surface.centroids[neighbour] - surface.centroids[own], axes[own]) / lengths[own]
     spread = np.zeros((faces, 2, 2))
-    np.add.at(spread, at, offset[:, :, None] * offset[:, None, :])
+    np.add.at(spread, own, offset[:, :, None] * offset[:, None, :])
     fit = np.linalg.pinv(spread, rcond=_SPREAD_RATIO, hermitian=True)
-    weights = np.einsum("nik,nk->ni", fit[at], offset)
-    rows, columns = np.concatenate([at, at]), np.concatenate([by, at])
+    weights = np.einsum("nik,nk->ni", fit[own], offset)
+    rows, columns = np.concatenate([own, own]), np.concatenate([neighbour, own])
     return [csr_array((np.concatenate([w, -w]), (rows, columns)), shape=(faces, faces)) for w in weights.T]

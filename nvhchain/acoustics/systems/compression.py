@@ -133,8 +133,8 @@ class CompressedMatrix:
                 some = order[start : start + count]
                 sums[:, : len(some)] += block[:, some] * sign[some]
             block = sums
-        by_columns = block.T.astype(complex, copy=False)  # as BLAS reads a C-ordered block
-        squares = blas.zherk(1.0, by_columns, trans=2, lower=1)  # conj(block blockᴴ)
+        transposed = block.T.astype(complex, copy=False)  # as BLAS reads a C-ordered block
+        squares = blas.zherk(1.0, transposed, trans=2, lower=1)  # conj(block blockᴴ)
         value, vector = eigh(squares, lower=True, overwrite_a=True, check_finite=False)
         left = np.cumsum(np.maximum(value, 0.0))
         return np.ascontiguousarray(vector[:, np.searchsorted(left, tolerance**2) :].conj())
@@ -184,8 +184,8 @@ def compressed_systems(
     if plane is not None:
         vertices, centroids = [*vertices, plane.mirror(vertices[0])], [*centroids, plane.mirror(centroids[0])]
     error = fidelity.compression_error
-    faces = [of for of, _ in split_bodies(surface)]
-    corners = [np.unique(surface.triangles[of]) for of in faces]
+    faces = [body_faces for body_faces, _ in split_bodies(surface)]
+    corners = [np.unique(surface.triangles[body_faces]) for body_faces in faces]
     a = [CompressedMatrix(surface.vertices, vertices, error, corners) for _ in range(count)]
     b = [CompressedMatrix(surface.vertices, centroids, error, faces) for _ in range(count)]
     patches = [Patches(surface.vertices) for _ in range(count)]
@@ -198,8 +198,10 @@ def compressed_systems(
             b[i].fill(rows, b_rows[i])
     residual = max(fidelity.solver_residual, 0.1 * error, SINGLE_RESIDUAL if single else 0.0)
     return [
-        IterativeSystem(of_a, of_b, partial(list.pop, [filled]), residual, fidelity.solver_iterations, "compressed")
-        for of_a, of_b, filled in zip(a, b, patches, strict=True)
+        IterativeSystem(
+            a_matrix, b_matrix, partial(list.pop, [filled]), residual, fidelity.solver_iterations, "compressed"
+        )
+        for a_matrix, b_matrix, filled in zip(a, b, patches, strict=True)
     ]
 
 

@@ -295,9 +295,9 @@ def estimate_memory(
             is_whole(count) and count >= least,
             f"memory for {count} {name} cannot be estimated: give a whole number from {least} up",
         )
-    with_engine = engine_named(engine)
+    chosen_engine = engine_named(engine)
     kept = sum(vectors_memory(n_vertex, n_face, points, frequencies))
-    ways = [*_solution_methods(n_vertex, n_face, frequencies or BAND, with_engine, fidelity)]
+    ways = [*_solution_methods(n_vertex, n_face, frequencies or BAND, chosen_engine, fidelity)]
     if free is None:
         return ways[0][2] + kept
     least = _leanest(ways)[2]
@@ -310,8 +310,8 @@ def vectors_memory(n_vertex: int, n_face: int, points: int, frequencies: int) ->
     The vectors count twice: as bands and as a whole. A band needs both layers and the adjoint solution of every system
     in progress, and the finished vectors.
     """
-    under_way = workers(frequencies) * (2 * n_vertex + 2 * n_face)
-    return 2 * 16 * frequencies * points * n_face, 16 * points * (under_way + min(BAND, frequencies) * n_face)
+    active_values = workers(frequencies) * (2 * n_vertex + 2 * n_face)
+    return 2 * 16 * frequencies * points * n_face, 16 * points * (active_values + min(BAND, frequencies) * n_face)
 
 
 def _solver_memory(n_vertex: int, n_face: int, count: int, engine: Engine, fidelity: AcousticsFidelity) -> int:

@@ -69,10 +69,10 @@ class Patches:
         place = np.full(max(int(m.max()) for m in self.members) + 1, -1)
         place[rows] = np.arange(len(rows))
         for members, block in zip(self.members, self._blocks, strict=True):
-            at = place[members]
-            here = at >= 0
+            member_rows = place[members]
+            here = member_rows >= 0
             if here.any():
-                block[here] = values[np.ix_(at[here], members)]
+                block[here] = values[np.ix_(member_rows[here], members)]
 
     def apply(self, x: ComplexArray) -> ComplexArray:
         """Return an approximation of A⁻¹ x, (n, m)."""

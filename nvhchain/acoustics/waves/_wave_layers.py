@@ -58,10 +58,10 @@ def wave_layers(vertices, triangles, normals, areas, k, order, m_low, m_high, st
                 x += barycentric[q, i] * vertices[triangles[f, i], 0]
                 y += barycentric[q, i] * vertices[triangles[f, i], 1]
                 z += barycentric[q, i] * vertices[triangles[f, i], 2]
-            across = np.hypot(x, y)
-            r = max(np.hypot(across, z), 1e-6 / k)  # the waves are smooth at 0, their components are not
-            cosine, sine = z / r, across / r
-            east_x, east_y = (x / across, y / across) if across > 0.0 else (1.0, 0.0)
+            axis_distance = np.hypot(x, y)
+            r = max(np.hypot(axis_distance, z), 1e-6 / k)  # the waves are smooth at 0, their components are not
+            cosine, sine = z / r, axis_distance / r
+            east_x, east_y = (x / axis_distance, y / axis_distance) if axis_distance > 0.0 else (1.0, 0.0)
             n_east = normals[f, 1] * east_x - normals[f, 0] * east_y
             n_out = normals[f, 0] * east_x + normals[f, 1] * east_y
             n_r = n_out * sine + normals[f, 2] * cosine
@@ -96,15 +96,15 @@ def wave_layers(vertices, triangles, normals, areas, k, order, m_low, m_high, st
                         b = 1.0 / a
                     if (l - m) % step:
                         continue
-                    at = row + (l - m) // step
+                    index = row + (l - m) // step
                     polar = real * factor * t
-                    along = radial[l] * polar + j[l] * n_south * real * d
-                    around = j[l] * n_east * m * real * t
-                    value[at] = r * j[l] * polar * cos_m
-                    slope[at] = along * cos_m - around * sin_m
+                    meridian_slope = radial[l] * polar + j[l] * n_south * real * d
+                    azimuth_slope = j[l] * n_east * m * real * t
+                    value[index] = r * j[l] * polar * cos_m
+                    slope[index] = meridian_slope * cos_m - azimuth_slope * sin_m
                     if m > 0:
-                        value[at + count] = r * j[l] * polar * sin_m
-                        slope[at + count] = along * sin_m + around * cos_m
+                        value[index + count] = r * j[l] * polar * sin_m
+                        slope[index + count] = meridian_slope * sin_m + azimuth_slope * cos_m
                 row += count * (1 if m == 0 else 2)
             for n in range(rows):
                 single[f, n] += amount * value[n]

@@ -31,16 +31,16 @@ def image_waves(amplitudes: ComplexArray, height: float, order: int) -> ComplexA
     image almost cancel, within wavelengths of the plane, thereby keep their digits.
     """
     waves = np.empty_like(amplitudes)
-    for at, factor, turn in _factors(height, order):
-        waves[at] = factor @ (turn[:, None] * amplitudes[at])
+    for rows, factor, turn in _factors(height, order):
+        waves[rows] = factor @ (turn[:, None] * amplitudes[rows])
     return waves
 
 
 def body_waves(waves: ComplexArray, height: float, order: int) -> ComplexArray:
     """Return the amplitudes (n_row,) of a body about its own middle, of which `image_waves` makes waves (n_row,)."""
     amplitudes = np.zeros_like(waves)
-    for at, factor, turn in _factors(height, order):
-        amplitudes[at] = solve_triangular(factor, waves[at]) / turn
+    for rows, factor, turn in _factors(height, order):
+        amplitudes[rows] = solve_triangular(factor, waves[rows]) / turn
     return amplitudes
 
 

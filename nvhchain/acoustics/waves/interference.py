@@ -108,8 +108,8 @@ def _interference(k: float, one: _Source, other: _Source, digits: float) -> floa
     product = np.zeros(len(terms), dtype=complex)
     for m, functions in enumerate(islice(polar_functions(cosine, max(orders)), min(orders) + 1)):
         degree = np.arange(m, max(orders) + 1)
-        for at in [degree * degree + degree + signed for signed in {m, -m}]:
-            near, far = (functions[:, at < len(a)] @ a[at[at < len(a)]] for a in waves)
+        for rows in [degree * degree + degree + signed for signed in {m, -m}]:
+            near, far = (functions[:, rows < len(a)] @ a[rows[rows < len(a)]] for a in waves)
             product += near.conj() * far
-    of_terms = np.polynomial.legendre.legvander(cosine, terms[-1]).T @ (weight * product)
-    return float(((2 * terms + 1) * 1j**terms * spherical_jn(terms, k * distance) @ of_terms).real)
+    term_integrals = np.polynomial.legendre.legvander(cosine, terms[-1]).T @ (weight * product)
+    return float(((2 * terms + 1) * 1j**terms * spherical_jn(terms, k * distance) @ term_integrals).real)

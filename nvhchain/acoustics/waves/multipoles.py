@@ -41,8 +41,8 @@ def path_reach(surface: Surface, plane: RigidPlane | None) -> float:
 
 def multipole_count(surface: Surface, order: int, plane: RigidPlane | None) -> int:
     """Return the number of spherical waves up to `order`; about the foot on a rigid plane, only even waves count."""
-    about_middle = plane is None or waves_from_middle(surface, plane)
-    return (order + 1) ** 2 if about_middle else (order + 1) * (order + 2) // 2
+    centred = plane is None or waves_from_middle(surface, plane)
+    return (order + 1) ** 2 if centred else (order + 1) * (order + 2) // 2
 
 
 def waves_from_middle(surface: Surface, plane: RigidPlane) -> bool:
@@ -113,7 +113,7 @@ def waves_about(
     from nvhchain.acoustics.waves._wave_layers import wave_layers  # compiled
 
     vertices, normals = (surface.vertices - origin) @ axes.T, surface.normals @ axes.T
-    on_vertices, on_faces = (np.ascontiguousarray(x, dtype=complex).view(float) for x in (pressure, gradient))
+    vertex_pressure, face_gradient = (np.ascontiguousarray(x, dtype=complex).view(float) for x in (pressure, gradient))
     sizes = [((order - m) // step + 1) * (1 if m == 0 else 2) for m in range(order + 1)]
     most = max(1, _BLOCK_BYTES // (8 * (len(vertices) + len(normals))))
     amplitudes = np.zeros(((order + 1) ** 2, pressure.shape[1]), dtype=complex)
@@ -134,7 +134,7 @@ def waves_about(
             RULE_WEIGHT,
         )
         rows = np.concatenate([_rows(m, order, step) for m in range(low, high)])
-        amplitudes[rows] = (double.T @ on_vertices - single.T @ on_faces).view(complex)
+        amplitudes[rows] = (double.T @ vertex_pressure - single.T @ face_gradient).view(complex)
         low = high
     for degree in range(order + 1):
         amplitudes[degree**2 : (degree + 1) ** 2] *= (1, 1j, -1, -1j)[degree % 4]

@@ -54,16 +54,18 @@ class OutgoingWaves:
             height = float(self.plane.height(self._origin[None])[0])
             amplitude = np.array(
                 [
-                    [body_waves(a, k * height, self.order) for k, a in zip(wavenumber, of, strict=True)]
-                    for of in amplitude
+                    [body_waves(a, k * height, self.order) for k, a in zip(wavenumber, set_amplitude, strict=True)]
+                    for set_amplitude in amplitude
                 ]
             )
         top = np.where((amplitude != 0).any(axis=0), self._degree, 0).max(axis=1, initial=0)
         radial, place = self._radial(wavenumber, top)
         found = np.zeros((2, sets, count, len(self._radius)), dtype=complex)
         for l in range(int(top.max(initial=0)) + 1):
-            lines, at = np.flatnonzero(top >= l), self._degree == l
-            part = radial[lines, :, l][:, place] * (amplitude[:, lines][:, :, at] @ self._harmonics[:, at].T)
+            lines, same_degree = np.flatnonzero(top >= l), self._degree == l
+            part = radial[lines, :, l][:, place] * (
+                amplitude[:, lines][:, :, same_degree] @ self._harmonics[:, same_degree].T
+            )
             found[0][:, lines] += part
             found[1][:, lines] = part
         if self._mirrors:
@@ -80,8 +82,8 @@ class OutgoingWaves:
         found = np.zeros((waves.shape[1], self._count, self.order + 1), dtype=complex)
         degree = self._degree[: len(waves)]
         for l in np.unique(degree):
-            at = np.flatnonzero(degree == l)
-            found[:, :, l] = (self._harmonics[:, at] @ waves[at]).T
+            rows = np.flatnonzero(degree == l)
+            found[:, :, l] = (self._harmonics[:, rows] @ waves[rows]).T
         return found
 
     def radial(self, wavenumber: FloatArray, top: IntArray) -> ComplexArray:

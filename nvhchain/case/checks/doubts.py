@@ -48,8 +48,8 @@ def yielding_bearings(case: GearboxCase) -> Iterator[str]:
         if len(pairs) == 1:
             ((pair, force),) = pairs
             held = max(springs, key=lambda bearing: bearing.axial_stiffness)
-            along = force * abs(sin(pair.base_helix_angle))
-            yield from _yields(f"bearing {held.name}: axial_stiffness", held.axial_stiffness, along, largest)
+            axial_load = force * abs(sin(pair.base_helix_angle))
+            yield from _yields(f"bearing {held.name}: axial_stiffness", held.axial_stiffness, axial_load, largest)
 
 
 def _yields(place: str, stiffness: float, load: float, largest: float) -> Iterator[str]:

@@ -58,11 +58,11 @@ def _bores(gears: Iterable[Gear], shafts: Mapping[str, Shaft]) -> Iterator[tuple
     """Yield (overlap, message) of every gear's bore with its shaft; a sleeve around the bore does not count."""
     for gear in gears:
         bore = gear.geometry.bore_radius
-        through = radius_at(shafts[gear.shaft], gear.z, radius=bore)
+        shaft_radius = radius_at(shafts[gear.shaft], gear.z, radius=bore)
         yield (
-            through - bore,
+            shaft_radius - bore,
             f"gear {gear.name}: bore_radius = {1e3 * bore:g} mm is smaller than its shaft {gear.shaft}, of "
-            f"outer_diameter {2e3 * through:g} mm at z = {1e3 * gear.z:g} mm: enlarge it",
+            f"outer_diameter {2e3 * shaft_radius:g} mm at z = {1e3 * gear.z:g} mm: enlarge it",
         )
 
 
@@ -111,9 +111,9 @@ def _overlap(first: _Ring, second: _Ring) -> tuple[float, str]:
     A gap between them is negative.
     """
     apart = hypot(first.axis[0] - second.axis[0], first.axis[1] - second.axis[1])
-    beside = first.outer + second.outer - apart
+    radial = first.outer + second.outer - apart
     nested = min(apart + first.outer - second.inner, apart + second.outer - first.inner)
-    along = min(first.end, second.end) - max(first.start, second.start)
-    overlap = min(beside, nested, along)
+    axial = min(first.end, second.end) - max(first.start, second.start)
+    overlap = min(radial, nested, axial)
     places = f"z = {1e3 * max(first.start, second.start):g}…{1e3 * min(first.end, second.end):g} mm"
     return overlap, f"{first.part} and {second.part} overlap by {1e3 * overlap:.3g} mm at {places}: move one of them"

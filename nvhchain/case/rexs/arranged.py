@@ -87,17 +87,17 @@ def _axis(
     if apart and one is not None and other is not None:
         if abs(apart - distance) <= _AGREE and hypot(one[0] - start[0], one[1] - start[1]) <= _AGREE:
             return distance, other
-        along = (other[0] - one[0]) / apart, (other[1] - one[1]) / apart
+        direction = (other[0] - one[0]) / apart, (other[1] - one[1]) / apart
     elif stage.angle is not None:
         sign = -1.0 if back else 1.0
-        along = sign * sin(stage.angle), sign * cos(stage.angle)
+        direction = sign * sin(stage.angle), sign * cos(stage.angle)
         record.add(
             "taken", stage.name, "direction of the axes", f"{stage.angle:.4g} rad", "rotating_angle_around_neg_u_axis"
         )
     else:
-        along = 1.0, 0.0
+        direction = 1.0, 0.0
         record.add("assumed", stage.name, "direction of the axes", "side by side", "no place of the shafts in the file")
-    return distance, (start[0] + distance * along[0], start[1] + distance * along[1])
+    return distance, (start[0] + distance * direction[0], start[1] + distance * direction[1])
 
 
 def _common(unit: GearUnit, shifts: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:

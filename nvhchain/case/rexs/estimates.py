@@ -74,11 +74,11 @@ def estimate(
         inside = _elements(bearing, kind, bore, outer, width)
         count = inside.count * (bearing.rows or 1)
         own = _kraemer(kind, count, inside.diameter, inside.length, load, angle)
-        along, rule = _axial_stiffness(bearing, kind, angle, own)
+        estimated_axial, rule = _axial_stiffness(bearing, kind, angle, own)
         if radial is None and axial is None and rolling and kind == bearing.kind:
             model = rolling_model(unit, bearing, (bore, outer, width), inside, angle, own)
             if model is not None:
-                return BearingEstimate(bore, outer, width, own, along, "E. Krämer 1993", model)
+                return BearingEstimate(bore, outer, width, own, estimated_axial, "E. Krämer 1993", model)
         if radial is None:
             radial = own
             size = 1e3 * inside.diameter
@@ -86,7 +86,7 @@ def estimate(
             text = f"{source}; {inside.source}"
             unit.findings.add("assumed", bearing.name, "radial stiffness", f"{radial:.3g} N/m", text)
         if axial is None and bearing.axial != "no_direction":
-            axial = along
+            axial = estimated_axial
             unit.findings.add("assumed", bearing.name, "axial stiffness", f"{axial:.3g} N/m", rule)
     if bearing.axial == "no_direction":
         axial = FREE
@@ -123,7 +123,7 @@ def _operating(unit: GearUnit, bearing: ImportedBearing) -> StiffnessMatrix | No
 
 
 _SUFFIX = re.compile(r"(?<!\d)(B?)7\d{2,4}[- ]?(A5|AC|AD|A|B|C|(?<=[- ])E)[A-Z0-9]*(?![a-z])")
-_BY_SUFFIX = {"A5": 25.0, "AC": 25.0, "AD": 25.0, "A": 30.0, "B": 40.0, "C": 15.0, "BE": 25.0}
+_SUFFIX_ANGLES = {"A5": 25.0, "AC": 25.0, "AD": 25.0, "A": 30.0, "B": 40.0, "C": 15.0, "BE": 25.0}
 """Contact angle (degrees) by the first letters after the number of an angular contact bearing.
 
 As in catalogues of SKF, Schaeffler (E after B7…: 25°) and NSK (A: 30°, A5: 25°).
@@ -157,8 +157,8 @@ def _contact_angle(bearing: ImportedBearing, kind: str) -> float:
     words = " ".join(bearing.catalogue.get(key, "") for key in ("catalogue_designation", "name"))
     suffix = _SUFFIX.search(words) if "angular" in kind else None
     letters = "" if suffix is None else suffix[1] + suffix[2] if suffix[2] == "E" else suffix[2]
-    if letters in _BY_SUFFIX:
-        return radians(_BY_SUFFIX[letters])
+    if letters in _SUFFIX_ANGLES:
+        return radians(_SUFFIX_ANGLES[letters])
     return radians(next((angle for word, angle in _ANGLES.items() if word in kind), 0.0))
 
 
@@ -233,16 +233,16 @@ def bearing_loads(
 
     torque : torque of the input (N m).
     """
-    of = {gear.name: gear.shaft for gear in unit.gears}
+    shaft_of = {gear.name: gear.shaft for gear in unit.gears}
     turns = {unit.input_shaft: 1.0}
     pushes: dict[str, list[tuple[float, float, float]]] = {shaft.name: [] for shaft in unit.shafts}
     for _ in unit.stages:
         for stage in unit.stages:
-            if of[stage.pinion] in turns:
+            if shaft_of[stage.pinion] in turns:
                 ratio = gears[stage.pinion].teeth / gears[stage.wheel].teeth
-                turns.setdefault(of[stage.wheel], -turns[of[stage.pinion]] * ratio)
+                turns.setdefault(shaft_of[stage.wheel], -turns[shaft_of[stage.pinion]] * ratio)
     for stage in unit.stages:
-        pinion, one, other = gears[stage.pinion], of[stage.pinion], of[stage.wheel]
+        pinion, one, other = gears[stage.pinion], shaft_of[stage.pinion], shaft_of[stage.wheel]
         speed = turns.get(one, 1.0)
         (x1, y1), (x2, y2) = arrangement.axes[one], arrangement.axes[other]
         apart = hypot(x2 - x1, y2 - y1)

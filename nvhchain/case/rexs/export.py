@@ -298,8 +298,8 @@ def _operating(stiffness: FloatArray) -> dict[str, Value]:
     if not coupled and stiffness[0, 0] == stiffness[1, 1]:
         return {}
     found: dict[str, Value] = {}
-    for i, force in _OF_CASE.items():
-        for j, motion in _OF_CASE.items():
+    for i, force in _REXS_AXES.items():
+        for j, motion in _REXS_AXES.items():
             value, tilts = float(stiffness[i, j]), (i > 2) + (j > 2)
             unit = "N mm / rad" if tilts > 1 else "N / m" if not tilts else "N / rad" if j > 2 else "N"
             name = f"operating_point_stiffness_{'m' if i > 2 else 'f'}_{force}_{'rot' if j > 2 else 'd'}_{motion}"
@@ -307,7 +307,7 @@ def _operating(stiffness: FloatArray) -> dict[str, Value]:
     return found
 
 
-_OF_CASE = {0: "v", 1: "w", 2: "u", 3: "v", 4: "w"}
+_REXS_AXES = {0: "v", 1: "w", 2: "u", 3: "v", 4: "w"}
 """Axes of REXS of the motions x, y, z, θx, θy of a bearing."""
 
 
@@ -348,14 +348,14 @@ def _rolling(draft: Draft, name: str, model: RollingBearing, where: Mapping[str,
     axial = {1: "positive", -1: "negative"}.get(getattr(model, "thrust", 0), "both_directions")
     if model.floating or (isinstance(model, Cylindrical) and model.axial_stiffness == 0.0):
         axial = "no_direction"
-    beside = len(model.places)  # 2 for double-row ball bearings: ISO 76 and ISO 281 rate i rows by i and i^0.7
-    static = beside * (model.static_load_rating or inside.static_rating)
-    dynamic = beside**0.7 * (model.dynamic_load_rating or inside.dynamic_rating)
+    row_count = len(model.places)  # 2 for double-row ball bearings: ISO 76 and ISO 281 rate i rows by i and i^0.7
+    static = row_count * (model.static_load_rating or inside.static_rating)
+    dynamic = row_count**0.7 * (model.dynamic_load_rating or inside.dynamic_rating)
     given = {
         "inner_diameter": model.bore,
         "outer_diameter": model.outer_diameter,
         "width": model.width,
-        "distance_between_bearing_rows": model.row_distance if beside > 1 else None,
+        "distance_between_bearing_rows": model.row_distance if row_count > 1 else None,
         "operating_radial_bearing_clearance": getattr(model, "clearance", None),
         "operating_axial_bearing_clearance": getattr(model, "axial_clearance", None),
     }

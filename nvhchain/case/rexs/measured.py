@@ -18,12 +18,12 @@ def measured_thickness(unit: GearUnit, gear: ImportedGear) -> tuple[MeasuredThic
     if gear.span is None and gear.ball_size is None:
         return None
     length, teeth = gear.span or (None, None)
-    size, ball, over = gear.ball_size or (None, None, "balls")
+    size, ball, gauge = gear.ball_size or (None, None, "balls")
     shown = [f"{1e3 * length:.7g} mm over {teeth} teeth"] if length else []
-    shown += [f"{1e3 * size:.7g} mm over {over} of {1e3 * (ball or 0.0):.4g} mm"] if size else []
+    shown += [f"{1e3 * size:.7g} mm over {gauge} of {1e3 * (ball or 0.0):.4g} mm"] if size else []
     given: dict[str, Any] = {} if gear.profile_shift is None else {"profile_shift": gear.profile_shift}
     try:
-        measured = MeasuredThickness(length, teeth, size, ball, over)  # type: ignore[arg-type]
+        measured = MeasuredThickness(length, teeth, size, ball, gauge)  # type: ignore[arg-type]
         drawn = _plain(gear, thickness=measured, **given)
     except InputError as error:
         unit.findings.add("differs", gear.name, "tooth thickness", " and ".join(shown), f"not used: {error}")

@@ -26,7 +26,7 @@ USUAL_SPEED = 1500 * pi / 30
 USUAL_LINE_LOAD = 1e5
 """Tangential force over the face width (N/m) where the file has no torque."""
 
-_BESIDE = 5e-3
+_SEAT_GAP = 5e-3
 """Largest gap (m) between bearings on one shaft that share a seat."""
 
 
@@ -175,9 +175,9 @@ def _supports(
     made = []
     for bearing in unit.bearings:
         z = bearing.z + places.shifts[bearing.shaft]
-        around = shafts[bearing.shaft].diameter_at(bearing.z)
+        shaft_diameter = shafts[bearing.shaft].diameter_at(bearing.z)
         rolling = bearing.name not in constant
-        made.append(Support(bearing, z, estimate(unit, bearing, around, loads[bearing.name], rolling=rolling)))
+        made.append(Support(bearing, z, estimate(unit, bearing, shaft_diameter, loads[bearing.name], rolling=rolling)))
     links = tuple(support for support in made if support.bearing.outer_shaft)
     for name, one, other in ((s.bearing.name, s.bearing.shaft, s.bearing.outer_shaft) for s in links):
         if (apart := dist(places.axes[one], places.axes[other])) >= COAXIAL:
@@ -188,7 +188,7 @@ def _supports(
     groups: list[list[Support]] = []
     for support in sorted((s for s in made if not s.bearing.outer_shaft), key=lambda s: (s.bearing.shaft, s.z)):
         last = groups[-1][-1] if groups and groups[-1][-1].bearing.shaft == support.bearing.shaft else None
-        if last is not None and support.z - last.z <= 0.5 * (last.estimate.width + support.estimate.width) + _BESIDE:
+        if last is not None and support.z - last.z <= 0.5 * (last.estimate.width + support.estimate.width) + _SEAT_GAP:
             groups[-1].append(support)
         else:
             groups.append([support])
@@ -211,31 +211,33 @@ def _supports(
     return tuple(sorted(seats, key=lambda s: order[s.bearing.name])), links
 
 
-def _together(unit: GearUnit, beside: Sequence[Support]) -> Support:
+def _together(unit: GearUnit, group: Sequence[Support]) -> Support:
     """Return bearings beside each other as one: two alike as a pair, others as a spring with their stiffness added."""
-    first, last = beside[0], beside[-1]
-    each = [support.estimate for support in beside]
-    names = ", ".join(support.bearing.name for support in beside[1:])
-    held = {support.bearing.axial for support in beside} - {"no_direction"}
+    first, last = group[0], group[-1]
+    each = [support.estimate for support in group]
+    names = ", ".join(support.bearing.name for support in group[1:])
+    held = {support.bearing.axial for support in group} - {"no_direction"}
     axial = held.pop() if len(held) == 1 else "both_directions" if held else "no_direction"
-    model = paired(each[0].rolling, each[1].rolling, last.z - first.z) if len(beside) == 2 else None
+    model = paired(each[0].rolling, each[1].rolling, last.z - first.z) if len(group) == 2 else None
     radial = sum(one.radial_stiffness for one in each)
     if model is not None:
         centre, seat, source = 0.5 * (first.z + last.z), f": {model.arrangement}", each[0].source
         reason = "alike bearings beside each other are a pair"
     else:
-        for support, of in zip(beside, each, strict=True):
-            if isinstance(of.model, StiffnessMatrix):
-                text = f"{of.radial_stiffness:.3g} and {of.axial_stiffness:.3g} N/m radially and axially instead"
+        for support, own in zip(group, each, strict=True):
+            if isinstance(own.model, StiffnessMatrix):
+                text = f"{own.radial_stiffness:.3g} and {own.axial_stiffness:.3g} N/m radially and axially instead"
                 unit.findings.add("excluded", support.bearing.name, "5 × 5 matrix", text, "another bearing beside it")
-            if of.rolling is not None:
-                text = f"{of.radial_stiffness:.3g} and {of.axial_stiffness:.3g} N/m"
-                unit.findings.add("assumed", support.bearing.name, "radial and axial stiffness", text, of.source)
-        centre = sum(support.estimate.radial_stiffness * support.z for support in beside) / radial
+            if own.rolling is not None:
+                text = f"{own.radial_stiffness:.3g} and {own.axial_stiffness:.3g} N/m"
+                unit.findings.add("assumed", support.bearing.name, "radial and axial stiffness", text, own.source)
+        centre = sum(support.estimate.radial_stiffness * support.z for support in group) / radial
         seat, source = "", f"{each[0].source}; with {names}"
         reason = "beside each other: stiffness added; their resistance to tilt is excluded"
     unit.findings.add("assumed", first.bearing.name, "seat", f"with {names}{seat}", reason)
-    faces = [(support.z - 0.5 * of.width, support.z + 0.5 * of.width) for support, of in zip(beside, each, strict=True)]
+    faces = [
+        (support.z - 0.5 * own.width, support.z + 0.5 * own.width) for support, own in zip(group, each, strict=True)
+    ]
     whole = BearingEstimate(
         min(one.bore for one in each),
         max(one.outer_diameter for one in each),
@@ -256,10 +258,10 @@ def _housing(
     supports: Sequence[Support],
 ) -> DrawnCasting:
     """Return a casting drawn around everything."""
-    of = {gear.name: gear.shaft for gear in unit.gears}
+    shaft_of = {gear.name: gear.shaft for gear in unit.gears}
     discs = [
         DrawnDisc(
-            places.axes[of[name]],
+            places.axes[shaft_of[name]],
             places.planes[name] - 0.5 * gear.face_width,
             places.planes[name] + 0.5 * gear.face_width,
             gear.tip_circle_radius,

@@ -145,12 +145,12 @@ def _findings(case: ImportedCase, kind: str) -> list[str]:
 
 def _stiffness(support: Support) -> tuple[str, str]:
     """Return radial and axial stiffness (N/m) of a bearing; that of rolling elements follows the load."""
-    of = support.estimate
-    if isinstance(of.model, StiffnessMatrix):
-        return "matrix at the operating point", f"{of.axial_stiffness:.3g}"
-    if of.model is not None:
-        return of.model.title, "by load"
-    return f"{of.radial_stiffness:.3g}", f"{of.axial_stiffness:.3g}"
+    own = support.estimate
+    if isinstance(own.model, StiffnessMatrix):
+        return "matrix at the operating point", f"{own.axial_stiffness:.3g}"
+    if own.model is not None:
+        return own.model.title, "by load"
+    return f"{own.radial_stiffness:.3g}", f"{own.axial_stiffness:.3g}"
 
 
 def _taken(case: ImportedCase) -> list[str]:

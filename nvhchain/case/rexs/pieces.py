@@ -142,8 +142,8 @@ def bore_radius(
     given : radius in the file (m).
     largest : largest radius (m).
     """
-    around = 0.5 * shaft.diameter_at(plane - shift)
-    bore = max(given or 0.0, around)
+    shaft_radius = 0.5 * shaft.diameter_at(plane - shift)
+    bore = max(given or 0.0, shaft_radius)
     if bore <= 0.0:
         bore = 0.3 * largest
         findings.add("assumed", gear, "bore", f"{2e3 * bore:.5g} mm", "no shaft section at the gear")

@@ -93,14 +93,14 @@ def rolling_model(
     choices = [inside | ratings, inside] if detailed else [ratings, inside] if bearing.static_load_rating else [inside]
     known = {field.name for field in fields(kind)}
     circles = {name: value for name in _CIRCLES if name in known and (value := getattr(bearing, name)) is not None}
-    for each, beside in [*((each, circles) for each in choices if circles), *((each, {}) for each in choices)]:
+    for each, taken in [*((each, circles) for each in choices if circles), *((each, {}) for each in choices)]:
         try:
-            made = kind(**own, **beside, **{key: value for key, value in each.items() if value is not None})
+            made = kind(**own, **taken, **{key: value for key, value in each.items() if value is not None})
         except InputError as error:
             unit.findings.add("differs", bearing.name, "internal geometry", "not used", str(error))
             continue
         _record(unit, bearing, made, elements, angle, rated=each is ratings, detailed=detailed)
-        for name, value in beside.items():
+        for name, value in taken.items():
             unit.findings.add("taken", bearing.name, name.replace("_", " "), f"{1e3 * value:.6g} mm", "file")
         return made
     return None
@@ -169,12 +169,14 @@ def _record(
     detailed: bool,
 ) -> None:
     """Record what was derived or assumed of the inside of a bearing."""
-    of, record = made.internal, unit.findings
+    inside, record = made.internal, unit.findings
     if not detailed:
-        text = f"{of.count} of {1e3 * of.diameter:.4g} mm" + (f", {1e3 * of.length:.4g} mm long" if of.length else "")
+        text = f"{inside.count} of {1e3 * inside.diameter:.4g} mm" + (
+            f", {1e3 * inside.length:.4g} mm long" if inside.length else ""
+        )
         source = "load ratings of the file by ISO 76 and ISO 281" if rated else elements.source
         record.add("assumed", bearing.name, "rolling elements", text, source)
-    if of.angle and bearing.contact_angle is None:
+    if inside.angle and bearing.contact_angle is None:
         record.add("assumed", bearing.name, "contact angle", f"{degrees(angle):.4g}°", "usual of its type")
     if bearing.axial_clearance and not hasattr(made, "axial_clearance"):
         text = f"{1e6 * bearing.axial_clearance:.4g} µm"

@@ -232,11 +232,11 @@ _INERTIA = ("mass", "polar_inertia", "transverse_inertia")
 
 def _bearing(table: str, support: Support, z: float) -> str:
     bearing, own = support.bearing, support.estimate
-    about = [bearing.kind, f"{_mm(own.bore)} x {_mm(own.outer_diameter)} x {_mm(own.width)} mm"]
-    about += [f"{key} {value}" for key, value in bearing.catalogue.items() if key not in ("bearing_type",)]
+    words = [bearing.kind, f"{_mm(own.bore)} x {_mm(own.outer_diameter)} x {_mm(own.width)} mm"]
+    words += [f"{key} {value}" for key, value in bearing.catalogue.items() if key not in ("bearing_type",)]
     names = {"name": bearing.name, "shaft": bearing.shaft}
     names |= {"outer_shaft": bearing.outer_shaft} if bearing.outer_shaft else {}
-    lines = [f"[[{table}]] # {_comment('; '.join(about))}", *_names(**names)]
+    lines = [f"[[{table}]] # {_comment('; '.join(words))}", *_names(**names)]
     lines.append(f"z_mm = {_mm(z)}")
     if own.model is None:
         lines += [

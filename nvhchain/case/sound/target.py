@@ -151,10 +151,10 @@ def check_targets(
             f"target {target.name}: levels of a run-up are A-weighted: leave `weighted` out",
         )
         if band is not None:
-            beyond = ", ".join(f"{middle:g}" for middle in target.missing_octaves(*band))
+            missing = ", ".join(f"{middle:g}" for middle in target.missing_octaves(*band))
             require(
-                not beyond,
-                f"target {target.name}: third octaves at {beyond} Hz do not lie inside the computed band "
+                not missing,
+                f"target {target.name}: third octaves at {missing} Hz do not lie inside the computed band "
                 f"{band[0]:g}…{band[1]:g} Hz: widen `band` or leave them out",
             )
             ends = target.frequency or band

@@ -143,7 +143,7 @@ class _Scanner:
     """Scanner of a valid TOML text for the lines of its keys."""
 
     def __init__(self, text: str) -> None:
-        self._text, self._at = text.replace("\r\n", "\n"), 0
+        self._text, self._position = text.replace("\r\n", "\n"), 0
         self._ends = [hit.start() for hit in re.finditer("\n", self._text)]
         self._lines: dict[tuple[str | int, ...], int] = {}
         self._counts: dict[tuple[str | int, ...], int] = {}
@@ -151,34 +151,34 @@ class _Scanner:
     def lines(self) -> dict[tuple[str | int, ...], int]:
         """Return the line of every key, of every table in a list, and of every header."""
         table: tuple[str | int, ...] = ()
-        while self._skip(_BLANK) and self._at < len(self._text):
+        while self._skip(_BLANK) and self._position < len(self._text):
             line = self._line()
-            if self._text.startswith("[", self._at):
-                listed = self._text.startswith("[[", self._at)
-                self._at += 1 + listed
+            if self._text.startswith("[", self._position):
+                listed = self._text.startswith("[[", self._position)
+                self._position += 1 + listed
                 table = self._resolve(self._key(), listed)
-                self._at = self._text.index("]", self._at) + 1 + listed
+                self._position = self._text.index("]", self._position) + 1 + listed
                 self._lines.setdefault(table, line)
             else:
                 self._pair(table)
         return self._lines
 
     def _line(self) -> int:
-        return bisect_right(self._ends, self._at - 1) + 1
+        return bisect_right(self._ends, self._position - 1) + 1
 
     def _skip(self, pattern: re.Pattern[str]) -> bool:
-        found = pattern.match(self._text, self._at)
-        self._at = found.end() if found else self._at
+        found = pattern.match(self._text, self._position)
+        self._position = found.end() if found else self._position
         return True
 
     def _key(self) -> tuple[str, ...]:
         names, more = [], "."
         while more:
-            found = _KEY.match(self._text, self._at)
+            found = _KEY.match(self._text, self._position)
             assert found is not None, "tomllib accepted the text"
             raw, more = found.groups()
             names.append(json.loads(raw) if raw[0] == '"' else raw.strip("'"))
-            self._at = found.end()
+            self._position = found.end()
         return tuple(names)
 
     def _resolve(self, names: tuple[str, ...], listed: bool) -> tuple[str | int, ...]:
@@ -201,23 +201,23 @@ class _Scanner:
         for name in self._key():
             path = (*path, name)
             self._lines.setdefault(path, line)
-        self._at = self._text.index("=", self._at) + 1
+        self._position = self._text.index("=", self._position) + 1
         self._value(path)
 
     def _value(self, path: tuple[str | int, ...]) -> None:
         self._skip(_BLANK)
-        opening = self._text[self._at : self._at + 1]
+        opening = self._text[self._position : self._position + 1]
         if opening not in ("[", "{"):
-            found = _STRING.match(self._text, self._at) or _SCALAR.match(self._text, self._at)
-            self._at = found.end() if found else self._at
+            found = _STRING.match(self._text, self._position) or _SCALAR.match(self._text, self._position)
+            self._position = found.end() if found else self._position
             return
-        self._at += 1
+        self._position += 1
         number = 0
-        while self._skip(_BLANK) and self._text[self._at] not in "]}":
+        while self._skip(_BLANK) and self._text[self._position] not in "]}":
             if opening == "[":
                 self._lines[(*path, number)] = self._line()
                 self._value((*path, number))
                 number += 1
             else:
                 self._pair(path)
-        self._at += 1
+        self._position += 1

@@ -258,10 +258,10 @@ def _merge(base: Mapping[str, Any], change: Mapping[str, Any], place: str) -> Ta
         elif _named(value) and _named(old):
             for items in (old, value):
                 check_names([item["name"] for item in items], f"{place}{key}")  # type: ignore[union-attr]
-            by_name = {item["name"]: item for item in old}  # type: ignore[union-attr]
+            merged_items = {item["name"]: item for item in old}  # type: ignore[union-attr]
             for item in value:
-                by_name[item["name"]] = _merge(by_name.get(item["name"], {}), item, f"{place}{key}.")
-            merged[key] = list(by_name.values())
+                merged_items[item["name"]] = _merge(merged_items.get(item["name"], {}), item, f"{place}{key}.")
+            merged[key] = list(merged_items.values())
         else:
             merged[key] = value
     return merged

@@ -95,9 +95,9 @@ def _field(name: str, hints: Mapping[str, Any], raw: Any, place: str, key: tuple
         raise InputError(f"{place}: unknown field; {remedy}")
     if unit is None:
         return convert(hints[name], raw, place)
-    of_unit, factor = UNITS[unit]
+    given_unit, factor = UNITS[unit]
     needed = si_unit(hints[name])
-    if of_unit != needed:
+    if given_unit != needed:
         others = [f"{name}_{other}" for other, (si, _) in UNITS.items() if si == needed]
         takes = f"is in {needed}: {', '.join((name, *others))} will do" if needed else f"takes no unit: write {name}"
         raise InputError(f"{place}: _{unit} does not fit; {name!r} {takes}")

@@ -107,18 +107,22 @@ def _gearbox(run: Run) -> dynamics.Gearbox:
     if not options.load_distribution:
         return gearbox
     spread = [
-        of.repeated(round(law.period / of.period))
-        for of, law in zip(run[LOAD_DISTRIBUTIONS], run[MESH_LAWS], strict=True)
+        distribution.repeated(round(law.period / distribution.period))
+        for distribution, law in zip(run[LOAD_DISTRIBUTIONS], run[MESH_LAWS], strict=True)
     ]
     meshes = tuple(
         replace(
             mesh,
-            friction=dynamics.MeshFriction(options.coefficient, of.period, of.angle, of.sliding, of.arm)
+            friction=dynamics.MeshFriction(
+                options.coefficient, distribution.period, distribution.angle, distribution.sliding, distribution.arm
+            )
             if options.models("friction")
             else None,
-            load_centre=dynamics.LoadCentre(of.period, of.angle, of.offset) if options.models("shuttling") else None,
+            load_centre=dynamics.LoadCentre(distribution.period, distribution.angle, distribution.offset)
+            if options.models("shuttling")
+            else None,
         )
-        for mesh, of in zip(gearbox.meshes, spread, strict=True)
+        for mesh, distribution in zip(gearbox.meshes, spread, strict=True)
     )
     return replace(gearbox, meshes=meshes)
 
@@ -127,7 +131,7 @@ def _tilted_meshes(run: Run, meshes: Sequence[dynamics.Mesh]) -> tuple[dynamics.
     """Return meshes that are evenly loaded at the tilt of their laws; shuttling has the moment of the load itself."""
     found, forces = [], opposing_forces(run.gearbox)
     for number, mesh in enumerate(meshes):
-        drawn, loaded = (of.stages[number].misalignment for of in (run.gearbox, run.loaded))
+        drawn, loaded = (case.stages[number].misalignment for case in (run.gearbox, run.loaded))
         pair, force, moment = run.gearbox.pairs[number], forces[number], 0.0
         if force > 0.0 and not run.gearbox.options.models("shuttling"):
             moment = force * cos(pair.base_helix_angle) * float(run[LOAD_DISTRIBUTIONS][number].offset.mean())

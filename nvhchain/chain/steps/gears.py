@@ -19,7 +19,7 @@ def mesh_laws(run: Run) -> tuple[MeshLaw, ...]:
     """Mesh law of every stage, with manufacturing deviations, and resistance to tilt where meshes follow it."""
     laws: tuple[MeshLaw, ...] = tuple(mesh_law(run, number) for number in range(len(run.gearbox.stages)))
     if run.gearbox.options.tilt:
-        tilts = (of.tilt_ratio for of in run[LOAD_DISTRIBUTIONS])
+        tilts = (distribution.tilt_ratio for distribution in run[LOAD_DISTRIBUTIONS])
         laws = tuple(law.replace(tilt_ratio=tilt) for law, tilt in zip(laws, tilts, strict=True))
     return tuple(_deviated(run, number, law) for number, law in enumerate(laws))
 

@@ -232,7 +232,7 @@ def assemble(
     n_mode = 0 if housing is None else len(housing.natural_frequency)
     shapes, residual, modal_stiffness, modal_damping = _housing_matrices(gearbox, housing)
 
-    contacts, of_mesh, share, offset = all_wrenches(gearbox, kinematics, mesh_laws, gearbox.face_points)
+    contacts, row_mesh, share, offset = all_wrenches(gearbox, kinematics, mesh_laws, gearbox.face_points)
     series = bearing_series(bearings, residual)
     seats = [
         Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push)
@@ -245,10 +245,10 @@ def assemble(
     ]
     loose = [(i, gear, gearbox.shaft_index(gear.name)) for i, gear in enumerate(gearbox.loose_gears, start=n_shaft)]
     spun = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
-    twists += [Wrench(at, gear.body.z, kinematics.rotation[i] * spun, i) for i, gear, at in loose]
+    twists += [Wrench(carrier, gear.body.z, kinematics.rotation[i] * spun, i) for i, gear, carrier in loose]
     pairs = gearbox.shaft_bearings
     links = bearing_series(pairs, np.zeros((motions_of(pairs) * len(pairs),) * 2))
-    between = [
+    link_wrenches = [
         [
             Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push),
             Wrench(gearbox.shaft_index(bearing.outer_shaft), bearing.z, -push),
@@ -265,7 +265,7 @@ def assemble(
         [_laden(gearbox, shaft) for shaft in gearbox.shafts],
         kinematics.rotation,
         5 * n_shaft + n_mode,
-        [*seats, *twists, *pulls, *(wrench for row in (*contacts, *between) for wrench in row)],
+        [*seats, *twists, *pulls, *(wrench for row in (*contacts, *link_wrenches) for wrench in row)],
         element=fidelity.shaft_element if fidelity is not None and gearbox.flexible_shafts else 0.0,
         frequency=fidelity.shaft_frequency if fidelity is not None else 0.0,
     )
@@ -275,7 +275,7 @@ def assemble(
     k_eff, c_eff = series.stiffness, series.damping
 
     mass, own_stiffness, own_damping = _uncoupled_matrices(gearbox, shafts, modal_stiffness, modal_damping)
-    link_map = np.array([shafts.rows(ends)[0] for ends in between]).reshape(-1, len(mass))
+    link_map = np.array([shafts.rows(ends)[0] for ends in link_wrenches]).reshape(-1, len(mass))
     stiffness = np.diag(own_stiffness) + bearing_map.T @ k_eff @ bearing_map
     stiffness += link_map.T @ links.stiffness @ link_map
     damping = np.diag(own_damping) + bearing_map.T @ c_eff @ bearing_map
@@ -297,17 +297,17 @@ def assemble(
 
     def contact_rows(contacts: Sequence[Sequence[Wrench]]) -> FloatArray:
         rows = [shafts.rows(wrenches) for wrenches in contacts]
-        return np.array([np.concatenate([on_unknowns, on_spins @ free]) for on_unknowns, on_spins in rows])
+        return np.array([np.concatenate([force, torque @ free]) for force, torque in rows])
 
     def widened(rows: FloatArray) -> FloatArray:
         return np.hstack([rows, np.zeros((len(rows), n_torsion))])
 
     speeds = np.array(kinematics.rotation) * ratio
     gyroscopic = shafts.gyroscopic(speeds[:n_shaft])
-    for i, gear, at in loose:
-        about_x, about_y = (shafts.rows([Wrench(at, gear.body.z, push)])[0] for push in np.eye(6)[3:5])
+    for i, gear, carrier in loose:
+        tilt_x, tilt_y = (shafts.rows([Wrench(carrier, gear.body.z, push)])[0] for push in np.eye(6)[3:5])
         momentum = speeds[i] * gear.body.polar_inertia
-        gyroscopic += momentum * (np.outer(about_x, about_y) - np.outer(about_y, about_x))
+        gyroscopic += momentum * (np.outer(tilt_x, tilt_y) - np.outer(tilt_y, tilt_x))
     gyroscopic = np.pad(gyroscopic, (0, n_torsion))
     rigid = Assembly(
         gearbox=gearbox,
@@ -318,7 +318,7 @@ def assemble(
         gyroscopic=gyroscopic,
         input_speed=0.0,
         contact=contact_rows(contacts),
-        mesh=of_mesh,
+        mesh=row_mesh,
         share=share,
         offset=offset,
         misalignment=contact_rows(

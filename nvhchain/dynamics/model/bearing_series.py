@@ -63,17 +63,17 @@ def bearing_series(bearings: Sequence[Bearing], residual: FloatArray) -> Bearing
     translations = (5 * np.arange(len(bearings))[:, None] + np.arange(3)).ravel()
     k_b, c_b, apart = np.zeros((size, size)), np.zeros((size, size)), np.zeros(size)
     for i, bearing in enumerate(bearings):
-        at = slice(5 * i, 5 * i + 5)
+        block = slice(5 * i, 5 * i + 5)
         if not bearing.linear:
             raise InputError(
                 f"bearing {bearing.name}: its stiffness depends on its load, which the dynamics take as given: use the "
                 "gearbox of nvhchain.dynamics.equilibrium at the torque of the run"
             )
-        force, k_b[at, at] = bearing.evaluate(np.zeros(5))
+        force, k_b[block, block] = bearing.evaluate(np.zeros(5))
         if isinstance(bearing.model, StiffnessMatrix):
-            apart[at] = force
+            apart[block] = force
         own = [bearing.radial_damping, bearing.radial_damping, bearing.axial_damping, 0.0, 0.0]
-        c_b[at, at] = np.diag(own) + bearing.damping_time * k_b[at, at]
+        c_b[block, block] = np.diag(own) + bearing.damping_time * k_b[block, block]
     turned = np.linalg.inv(np.eye(size) + k_b @ residual)
     k_eff = turned @ k_b
     k_eff = 0.5 * (k_eff + k_eff.T)

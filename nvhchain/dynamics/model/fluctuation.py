@@ -204,9 +204,9 @@ class Track:
         """
         cell = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 2)
         inside = np.clip(time, 0.0, self.time[-1])
-        within = inside - self.time[cell]
+        elapsed = inside - self.time[cell]
         slope = (values[cell + 1] - values[cell]) / (self.time[cell + 1] - self.time[cell])
-        whole = integral[cell] + within * (values[cell] + 0.5 * within * slope)
+        whole = integral[cell] + elapsed * (values[cell] + 0.5 * elapsed * slope)
         return np.asarray(whole + (time - inside) * np.where(time < 0.0, values[0], values[-1]))
 
 
@@ -249,10 +249,10 @@ class Drive:
             return np.asarray(self.inertia * (self.speed(late) - self.speed(early)) / step)
         if self.track is None:
             return self._waves(self.motion(middle)[1], lambda one: one.amplitude)
-        to_late, to_early = (
+        late_impulse, early_impulse = (
             self.track.integral_at(time, self.track.torque, self.track.impulse) for time in (late, early)
         )
-        return np.asarray((to_late - to_early) / step)
+        return np.asarray((late_impulse - early_impulse) / step)
 
     def speed(self, time: FloatArray) -> FloatArray:
         """Return ΔΩ (rad/s) of the common spin seen from the input, at `time` (s)."""

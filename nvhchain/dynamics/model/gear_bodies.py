@@ -40,8 +40,8 @@ def add_body_waves(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly
     if not bodies:
         return assembly
     n, lateral = len(assembly.mass), assembly.lateral
-    per_body = [_body_terms(assembly, body) for body in bodies]
-    parts = list(zip(*per_body, strict=True))
+    body_terms = [_body_terms(assembly, body) for body in bodies]
+    parts = list(zip(*body_terms, strict=True))
     squared, damping, softening, inertia, turned, common = (np.concatenate(part) for part in parts[:6])
     skew = block_diag(*parts[6])
     m = len(squared)
@@ -63,13 +63,13 @@ def add_body_waves(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly
     gyroscopic[np.ix_(own, others)], gyroscopic[np.ix_(others, own)] = turned, -turned.T
     contact, compliance = widened(assembly.contact), np.zeros((len(mesh_laws), 2))
     pushes = np.zeros((len(mesh_laws), 2, m))
-    at = 0
-    for body, part in zip(bodies, per_body, strict=True):
+    first = 0
+    for body, part in zip(bodies, body_terms, strict=True):
         size = len(part[0])
         for mesh, side in body.ends:
-            pushes[mesh, :, at : at + size] = _pushes(assembly, body.modes, mesh, side, mesh_laws[mesh])
-        at += size
-    held = np.repeat([body.held_by_law for body in bodies], [len(part[0]) for part in per_body])
+            pushes[mesh, :, first : first + size] = _pushes(assembly, body.modes, mesh, side, mesh_laws[mesh])
+        first += size
+    held = np.repeat([body.held_by_law for body in bodies], [len(part[0]) for part in body_terms])
     compliance = (pushes**2 * held / squared).sum(axis=2)
     for mesh, law in enumerate(mesh_laws):
         points = np.flatnonzero((assembly.mesh == mesh) & (assembly.share > 0.0))
@@ -97,7 +97,7 @@ def add_body_waves(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> Assembly
         coupling=coupling,
         softening=np.insert(np.zeros(n), [lateral] * m, softening),
         body_compliance=compliance,
-        body_of_wave=np.repeat(np.arange(len(bodies)), [len(part[0]) for part in per_body]),
+        body_of_wave=np.repeat(np.arange(len(bodies)), [len(part[0]) for part in body_terms]),
         misalignment=widened(assembly.misalignment),
         mesh_error=widened(assembly.mesh_error),
         torques=widened(assembly.torques),
@@ -175,10 +175,10 @@ def _pushes(assembly: Assembly, modes: BodyModes, mesh: int, side: int, law: Mes
     away = (pair[1].axis - pair[0].axis) * (1.0, -1.0)[side]
     angle = float(np.arctan2(away[1], away[0]))
     c, s = np.cos(angle), np.sin(angle)
-    along = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     found = []
     for normal in normals:
-        force = along @ normal * (1.0, -1.0)[side]
+        force = axes @ normal * (1.0, -1.0)[side]
         found.append(_split(modes.diameters, modes.rim @ force * np.exp(1j * modes.diameters * angle)))
     return np.array(found)
 
@@ -202,14 +202,14 @@ def relieved(law: MeshLaw, compliance: FloatArray) -> MeshLaw:
         "false; a supplied law must hold the bodies of its gears",
     )
     grid = reached.mean(axis=0)
-    beyond = float(np.ptp(law.deflection))
+    extension = float(np.ptp(law.deflection))
     rows = []
-    for at, force in zip(reached, law.force, strict=True):
-        slope = np.diff(force)[[0, -1]] / np.diff(at)[[0, -1]] * beyond
+    for deflection, force in zip(reached, law.force, strict=True):
+        slope = np.diff(force)[[0, -1]] / np.diff(deflection)[[0, -1]] * extension
         rows.append(
             np.interp(
                 grid,
-                np.concatenate([[at[0] - beyond], at, [at[-1] + beyond]]),
+                np.concatenate([[deflection[0] - extension], deflection, [deflection[-1] + extension]]),
                 np.concatenate([[force[0] - slope[0]], force, [force[-1] + slope[1]]]),
             )
         )

@@ -73,11 +73,11 @@ class Gearbox:
         self._check_shaft_bearings()
         for body in self.gear_bodies:
             for number, side in body.ends:
-                of = self.meshes[number]
+                gear_mesh = self.meshes[number]
                 require(
-                    body.rotor == (of.pinion_shaft, of.wheel_shaft)[side],
-                    f"gear body {body.name} turns with {body.rotor!r}, but its mesh has {of.pinion_shaft!r} and "
-                    f"{of.wheel_shaft!r}: give the number of its mesh, and 0 as pinion or 1 as wheel",
+                    body.rotor == (gear_mesh.pinion_shaft, gear_mesh.wheel_shaft)[side],
+                    f"gear body {body.name} turns with {body.rotor!r}, but its mesh has {gear_mesh.pinion_shaft!r} and "
+                    f"{gear_mesh.wheel_shaft!r}: give the number of its mesh, and 0 as pinion or 1 as wheel",
                 )
         for bearing in self.bearings:
             require(

@@ -67,9 +67,9 @@ def flank_normals(pinion_axis: FloatArray, wheel_axis: FloatArray, law: MeshLaw,
     e = centre_line / np.linalg.norm(centre_line)
     t = rotation * np.cross([0.0, 0.0, 1.0], e)
     alpha, beta_b = law.working_pressure_angle, law.base_helix_angle
-    along = np.cos(beta_b) * np.cos(alpha) * t - rotation * np.sin(beta_b) * np.array([0.0, 0.0, 1.0])
+    tangential = np.cos(beta_b) * np.cos(alpha) * t - rotation * np.sin(beta_b) * np.array([0.0, 0.0, 1.0])
     apart = np.cos(beta_b) * np.sin(alpha) * e
-    return np.array([along + apart, -along + apart])
+    return np.array([tangential + apart, -tangential + apart])
 
 
 def check_law(gearbox: Gearbox, mesh: Mesh, law: MeshLaw) -> None:
@@ -140,11 +140,11 @@ def friction_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: Mesh
     turn = [end.turn for end in pair]
     normal = flank_normals(pair[0].axis, pair[1].axis, law, turn[0])[0]
     transverse = np.array([normal[0], normal[1], 0.0]) / np.hypot(normal[0], normal[1])
-    across = turn[0] * np.cross([0.0, 0.0, 1.0], transverse)
+    slide_direction = turn[0] * np.cross([0.0, 0.0, 1.0], transverse)
     line = float(law.base_radius.sum()) * np.tan(law.working_pressure_angle)
     slide = [
-        pair[0].wrench(mesh.z, np.concatenate([across, np.zeros(3)])),
-        pair[1].wrench(mesh.z, np.concatenate([-across, [0.0, 0.0, -turn[1] * line]])),
+        pair[0].wrench(mesh.z, np.concatenate([slide_direction, np.zeros(3)])),
+        pair[1].wrench(mesh.z, np.concatenate([-slide_direction, [0.0, 0.0, -turn[1] * line]])),
     ]
     arm = [end.wrench(mesh.z, np.array([0.0, 0.0, 0.0, 0.0, 0.0, end.turn * law.base_radius[0]])) for end in pair]
     return [slide, arm]
@@ -163,12 +163,12 @@ def tilt_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw)
     across it, > 0 where the wheel leaves the pinion towards +z.
     """
     pair = ends(gearbox, kinematics, mesh)
-    along = flank_normals(pair[0].axis, pair[1].axis, law, pair[0].turn)[0] * [1.0, 1.0, 0.0]
-    along /= np.linalg.norm(along)
-    away = np.cross([0.0, 0.0, 1.0], along)
+    transverse = flank_normals(pair[0].axis, pair[1].axis, law, pair[0].turn)[0] * [1.0, 1.0, 0.0]
+    transverse /= np.linalg.norm(transverse)
+    away = np.cross([0.0, 0.0, 1.0], transverse)
     away *= np.sign(away[:2] @ (pair[1].axis - pair[0].axis))
-    # a shaft tilted by ψ moves by ψ × ẑ per length: along −`along` it closes the flanks, along `away` it leaves
-    moments = [np.cross([0.0, 0.0, 1.0], direction) for direction in (-along, away)]
+    # a shaft tilted by ψ moves by ψ × ẑ per length: along −`transverse` it closes the flanks, along `away` it leaves
+    moments = [np.cross([0.0, 0.0, 1.0], direction) for direction in (-transverse, away)]
     return [
         [
             end.wrench(mesh.z, np.concatenate([np.zeros(3), side * m]))

@@ -111,19 +111,19 @@ class Bearing:
     @property
     def damping(self) -> tuple[float, float]:
         """Radial and axial damping (N s/m) of a bearing without model, the sum of all that is given."""
-        per_stiffness = self.damping_time
+        damping_time = self.damping_time
         return (
-            self.radial_damping + per_stiffness * self.radial_stiffness,
-            self.axial_damping + per_stiffness * self.axial_stiffness,
+            self.radial_damping + damping_time * self.radial_stiffness,
+            self.axial_damping + damping_time * self.axial_stiffness,
         )
 
     @property
     def damping_time(self) -> float:
         """Damping per stiffness (s), of `stiffness_damping` and the loss factor together."""
-        per_stiffness = self.stiffness_damping
+        damping_time = self.stiffness_damping
         if self.loss_factor_frequency is not None:
-            per_stiffness += self.loss_factor / (2.0 * pi * self.loss_factor_frequency)
-        return per_stiffness
+            damping_time += self.loss_factor / (2.0 * pi * self.loss_factor_frequency)
+        return damping_time
 
     @property
     def damped(self) -> bool:

@@ -65,7 +65,7 @@ class Sections:
 
     def rows(self, wrenches: Sequence[Wrench]) -> tuple[FloatArray, FloatArray]:
         """Return the generalised force of all `wrenches`: on the unknowns (size,) and on the spins (n_rotor,)."""
-        on_unknowns, on_spins = np.zeros(self.size), np.zeros(len(self.rotation))
+        force, torque = np.zeros(self.size), np.zeros(len(self.rotation))
         for wrench in wrenches:
             i, (fx, fy, fz, mx, my, mz) = wrench.shaft, wrench.load
             arm = wrench.z - self.bodies[i].z
@@ -73,10 +73,10 @@ class Sections:
             share = np.array([fx, fy, fz, mx - arm * fy, my + arm * fx])
             if self.elastic is not None:
                 share = np.concatenate([share, wrench.shaft_load @ self.elastic[i].motion_at(wrench.z)])
-            on_unknowns[self.columns(i)] += share
+            force[self.columns(i)] += share
             rotor = i if wrench.rotor < 0 else wrench.rotor
-            on_spins[rotor] += self.rotation[rotor] * mz
-        return on_unknowns, on_spins
+            torque[rotor] += self.rotation[rotor] * mz
+        return force, torque
 
     def gyroscopic(self, speed: FloatArray) -> FloatArray:
         """Return the forces (size, size) per velocity of shafts that spin at `speed` (n_shaft,) (rad/s about +z).

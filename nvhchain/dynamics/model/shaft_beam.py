@@ -201,15 +201,15 @@ def _beam(shaft: Shaft, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArr
             [segment for segment in shaft.segments if segment.start <= middle <= segment.end]
         )
         k, m, turning = _bending(length, bend, shear, heavy, rotary)
-        at = slice(6 * first, 6 * first + 12)
-        stiffness[at, at] += _BENDING_X.T @ k @ _BENDING_X + _BENDING_Y.T @ k @ _BENDING_Y
-        mass[at, at] += _BENDING_X.T @ m @ _BENDING_X + _BENDING_Y.T @ m @ _BENDING_Y
+        block = slice(6 * first, 6 * first + 12)
+        stiffness[block, block] += _BENDING_X.T @ k @ _BENDING_X + _BENDING_Y.T @ k @ _BENDING_Y
+        mass[block, block] += _BENDING_X.T @ m @ _BENDING_X + _BENDING_Y.T @ m @ _BENDING_Y
         # θx is minus the slope in the plane z–y
-        spin[at, at] += polar * (_BENDING_X.T @ turning @ _BENDING_Y - _BENDING_Y.T @ turning @ _BENDING_X)
-        for own, along, per_length in ((2, stretch, heavy), (5, twist, polar)):
+        spin[block, block] += polar * (_BENDING_X.T @ turning @ _BENDING_Y - _BENDING_Y.T @ turning @ _BENDING_X)
+        for own, rigidity, line_inertia in ((2, stretch, heavy), (5, twist, polar)):
             pair = np.ix_([6 * first + own, 6 * first + 6 + own], [6 * first + own, 6 * first + 6 + own])
-            stiffness[pair] += along / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
-            mass[pair] += per_length * length / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
+            stiffness[pair] += rigidity / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
+            mass[pair] += line_inertia * length / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
     for body in shaft.bodies:
         n = 6 * int(np.argmin(np.abs(z - body.z)))
         mass[range(n, n + 6), range(n, n + 6)] += [

@@ -104,9 +104,9 @@ def shaft_torques(
             f"loose gear {gear.name} runs at the speed of its shaft {gear.shaft}, where the sense of its drag_torque = "
             f"{gear.drag_torque:g} N m is open: give a drag of 0, or fix the gear to the shaft",
         )
-        along = gear.drag_torque * (1.0 if faster > 0 else -1.0)
-        torque[own] -= along * sense[own]
-        torque[carrier] += along * sense[carrier]
+        drag = gear.drag_torque * (1.0 if faster > 0 else -1.0)
+        torque[own] -= drag * sense[own]
+        torque[carrier] += drag * sense[carrier]
     output = gearbox.rotor_index(gearbox.output_shaft)
     spent = 0.0 if inertia is None else train_inertia(kinematics, inertia) * acceleration
     torque[gearbox.rotor_index(gearbox.input_shaft)] += input_torque

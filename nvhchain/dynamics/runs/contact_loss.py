@@ -46,23 +46,23 @@ def parted_flanks(
     both = False
     for row in np.flatnonzero(model.assembly.share > 0.0):
         mesh = model.assembly.mesh[row]
-        of = model.assembly.gearbox.meshes[mesh]
-        behind, front = gap_ends(model.table, int(row))
+        gear_mesh = model.assembly.gearbox.meshes[mesh]
+        rear, front = gap_ends(model.table, int(row))
         # outside these samples the flanks touch at every angle
         maybe = np.flatnonzero(
-            (drive[:, mesh] < front.max() - TOUCHING_DEFLECTION) & (back[:, mesh] > behind.min() + TOUCHING_DEFLECTION)
+            (drive[:, mesh] < front.max() - TOUCHING_DEFLECTION) & (back[:, mesh] > rear.min() + TOUCHING_DEFLECTION)
         )
         place = np.mod(phases(maybe)[:, mesh], 1.0) * (len(front) - 1)
         nodes = np.arange(len(front))
         free = (drive[maybe, mesh] < np.interp(place, nodes, front) - TOUCHING_DEFLECTION) & (
-            back[maybe, mesh] > np.interp(place, nodes, behind) + TOUCHING_DEFLECTION
+            back[maybe, mesh] > np.interp(place, nodes, rear) + TOUCHING_DEFLECTION
         )
         if free.any():
-            name, parted = f"{of.pinion_shaft}–{of.wheel_shaft}", input_speed[maybe[free]]
+            name, parted = f"{gear_mesh.pinion_shaft}–{gear_mesh.wheel_shaft}", input_speed[maybe[free]]
             seconds[name] = float(free.sum() * sample_time)
             parted = np.append(parted, speeds.get(name, ()))  # of another part of the face
             speeds[name] = [float(parted.min()), float(parted.max())]
-            both |= bool((drive[:, mesh] > front.min()).any() and (back[:, mesh] < behind.max()).any())
+            both |= bool((drive[:, mesh] > front.min()).any() and (back[:, mesh] < rear.max()).any())
     lost = stated_loss(seconds, model.step.step, model.contact.corrected, both)
     if not speeds:
         return lost
@@ -95,12 +95,12 @@ def gap_ends(table: LawTable, row: int) -> tuple[FloatArray, FloatArray]:
     def edge(grid: FloatArray, force: FloatArray) -> FloatArray:
         """Return where force, which rises along grid, leaves 0."""
         carries = force > ROUNDING * np.abs(force).max()
-        at = np.argmax(carries, axis=1)
+        first = np.argmax(carries, axis=1)
         rows = np.arange(len(force))
-        before = np.maximum(at - 1, 0)
-        low, high = force[rows, before], force[rows, at]
+        before = np.maximum(first - 1, 0)
+        low, high = force[rows, before], force[rows, first]
         share = np.where(high > low, -low / np.where(high > low, high - low, 1.0), 0.0)
-        ends = grid[before] + share * (grid[at] - grid[before])
+        ends = grid[before] + share * (grid[first] - grid[before])
         ends[carries[:, 0]] = -np.inf
         ends[~carries.any(axis=1)] = np.inf
         return np.append(ends, ends[0])
@@ -133,12 +133,12 @@ def excursions(
     found: dict[str, tuple[float, float, float, float]] = {}
     if fidelity.mesh_level == "contact":
         return ForceAccuracy()
-    for mesh, law, front, behind in zip(gearbox.meshes, mesh_laws, drive.T, back.T, strict=True):
-        lowest, highest = float(behind.min()), float(front.max())
+    for mesh, law, front, rear in zip(gearbox.meshes, mesh_laws, drive.T, back.T, strict=True):
+        lowest, highest = float(rear.min()), float(front.max())
         if law.force[:, 0].max() > 0.0:
             lowest = min(lowest, float(front.min()))
         if law.force[:, -1].min() < 0.0:
-            highest = max(highest, float(behind.max()))
+            highest = max(highest, float(rear.max()))
         low, high = float(law.deflection[0]), float(law.deflection[-1])
         if lowest < low or highest > high:
             found[f"{mesh.pinion_shaft}–{mesh.wheel_shaft}"] = lowest, highest, low, high
@@ -155,21 +155,21 @@ def _deflection_fields(found: Mapping[str, Sequence[float]]) -> ForceAccuracy:
 
 def joined(parts: Sequence[ForceAccuracy]) -> ForceAccuracy:
     """Return the accuracy of one record from those of its pieces: extremes of deflections, sums of times."""
-    beyond: dict[str, list[float]] = {}
+    exceeded: dict[str, list[float]] = {}
     lost: dict[str, tuple[float, float, float]] = {}
     whole = ForceAccuracy()
     for part in parts:
         whole |= part.cleared("parted_lowest_speed", "parted_highest_speed")
         ends = (part.lowest_deflection, part.highest_deflection, part.table_lowest, part.table_highest)
         rows = (() if end is None else end.tolist() for end in ends)
-        for mesh, *of in zip(part.law_exceeded or (), *rows, strict=True):
-            lowest, highest, low, high = of
-            before = beyond.get(mesh, of)
-            beyond[mesh] = [min(before[0], lowest), max(before[1], highest), low, high]
+        for mesh, *deflections in zip(part.law_exceeded or (), *rows, strict=True):
+            lowest, highest, low, high = deflections
+            before = exceeded.get(mesh, deflections)
+            exceeded[mesh] = [min(before[0], lowest), max(before[1], highest), low, high]
         for mesh, time, low, high in part.contact_losses():
             seconds, lowest, highest = lost.get(mesh, (0.0, low, high))
             lost[mesh] = seconds + time, min(lowest, low), max(highest, high)
-    whole |= _deflection_fields(beyond)
+    whole |= _deflection_fields(exceeded)
     if lost:
         time, lowest, highest = np.array(list(lost.values())).T
         whole |= ForceAccuracy(parted=tuple(map(Label, lost)), parted_time=time)

@@ -36,7 +36,7 @@ class Decimator:
     excess_factor : ((2 H + 2) (2 n_row + n_push), n_out) factor of the excess forces.
     constant : (n_out,) constant part.
 
-    The output around step m + H is state_m · on_state + (excesses m − 1 … m + 2 H) · on_excess + constant.
+    The output around step m + H is state_m · state_factor + (excesses m − 1 … m + 2 H) · excess_factor + constant.
     """
 
     stride: int
@@ -103,20 +103,20 @@ def decimator(model: Simulation, stride: int, taps: FloatArray) -> Decimator:
     jump[: len(model.bearing_jump), : len(model.contact_stiffness)] = model.bearing_jump
     count, n_out = len(taps), len(outputs)
     constant = np.zeros(n_out)
-    # on_excess[j] multiplies the force of step m − 1 + j
-    on_excess = np.zeros((count + 1, n_c, n_out))
-    on_excess[1:] -= taps[:, None, None] * jump.T
-    on_excess[:-1] += taps[:, None, None] * jump.T
+    # excess_factor[j] multiplies the force of step m − 1 + j
+    excess_factor = np.zeros((count + 1, n_c, n_out))
+    excess_factor[1:] -= taps[:, None, None] * jump.T
+    excess_factor[:-1] += taps[:, None, None] * jump.T
     # Σ_{k>j} h_k c D^{k−1−j} from its value for j + 1, down to j = −1, the factor of the state
     remaining = np.zeros_like(rows)
     for j in range(count - 1, -1, -1):
-        on_excess[j + 1] -= (remaining @ drive.T).real.T
+        excess_factor[j + 1] -= (remaining @ drive.T).real.T
         constant += (remaining @ model.step.gain).real
         remaining = taps[j] * rows + remaining * model.step.decay
     return Decimator(
         stride,
         count // 2,
         np.ascontiguousarray(np.hstack([remaining.real, -remaining.imag]).T),
-        on_excess.reshape(-1, n_out),
+        excess_factor.reshape(-1, n_out),
         constant,
     )

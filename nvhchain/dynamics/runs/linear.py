@@ -60,8 +60,8 @@ def flank_transfers(
     shares = np.where(assembly.mesh == np.arange(len(mesh_laws))[:, None], assembly.share, 0.0)
     modes = modal_form(assembly, mean_stiffness(assembly, table, nominal))
     seats, turning = assembly.bearing_map, 2j * np.pi * frequency[:, None]
-    into = modes.input @ np.hstack([-(shares @ carrying).T, seats.T])
-    residues = ((seats @ modes.displacement).T[:, :, None] * into[:, None, :]).reshape(len(into), -1)
+    modal_input = modes.input @ np.hstack([-(shares @ carrying).T, seats.T])
+    residues = ((seats @ modes.displacement).T[:, :, None] * modal_input[:, None, :]).reshape(len(modal_input), -1)
     # Re(out z) is half of the sum over z and its conjugate
     moved = 0.5 / (turning - modes.eigenvalue) @ residues + 0.5 / (turning - modes.eigenvalue.conj()) @ residues.conj()
     springs = assembly.bearings.stiffness + turning[..., None] * assembly.bearings.damping
@@ -69,6 +69,6 @@ def flank_transfers(
     own, held = force[..., : len(mesh_laws)], springs - force[..., len(mesh_laws) :] @ springs
     shapes = assembly.seat_shapes
     pairs_of_seats = (shapes[:, None, :] * shapes[None, :, :]).reshape(-1, shapes.shape[1]).T
-    still, *others = (of.receptance(frequency, structural=False) for of in housings)
-    softer = (((of - still) @ pairs_of_seats).reshape(held.shape) for of in others)
+    still, *others = (housing.receptance(frequency, structural=False) for housing in housings)
+    softer = (((compliance - still) @ pairs_of_seats).reshape(held.shape) for compliance in others)
     return np.array([own, *(np.linalg.solve(np.eye(len(seats)) + held @ each, own) for each in softer)])

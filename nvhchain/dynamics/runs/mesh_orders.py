@@ -94,7 +94,7 @@ def _generalised_forces(
     count = int((assembly.share > 0.0).sum())
     found, points = dict[Fraction, ComplexArray](), Counter[int]()
     for row, mesh in enumerate(assembly.mesh):
-        deflection, law, of = deflections[mesh], mesh_laws[mesh], gearbox.meshes[mesh]
+        deflection, law, gear_mesh = deflections[mesh], mesh_laws[mesh], gearbox.meshes[mesh]
         if deflection is None:
             continue
         active = 2 * row + int(row < count and stiffness[2 * row + 1] > 0.0)
@@ -104,10 +104,10 @@ def _generalised_forces(
         else:
             values = angle_rows[row - count]
         series = 2.0 * np.fft.rfft(values) / len(values)
-        wheel = Fraction(assembly.train.speed_ratio[gearbox.rotor_index(of.wheel_shaft)])
+        wheel = Fraction(assembly.train.speed_ratio[gearbox.rotor_index(gear_mesh.wheel_shaft)])
         for harmonic in harmonics:
             order = harmonic * wheel * law.teeth[1]
-            push = -series[harmonic] * np.exp(1j * harmonic * law.teeth[1] * of.phase) * assembly.contact[active]
+            push = -series[harmonic] * np.exp(1j * harmonic * law.teeth[1] * gear_mesh.phase) * assembly.contact[active]
             found[order] = found.get(order, 0.0) + push
     return found
 

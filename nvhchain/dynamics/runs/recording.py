@@ -114,11 +114,11 @@ def record_run_up(
         return place
 
     with hold_folder(folder):
-        at, damaged = _resume(folder, key, answers, run)
+        resumed, damaged = _resume(folder, key, answers, run)
         if damaged:
             follow(_Place(0, 0, start(run)), damaged)
-            _write_checkpoint(folder, key, answers, at)
-        written = follow(at, None).written
+            _write_checkpoint(folder, key, answers, resumed)
+        written = follow(resumed, None).written
     paths = tuple(_path(folder, index) for index in range(written))
     warn_or_refuse(joined([hdf5.stated(path, BearingForces, ForceAccuracy) for path in paths]))
     return Recording(paths)
@@ -192,7 +192,7 @@ def _resume(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[_P
     changed = (index for index in range(written) if _stamp(_path(folder, index)) != tuple(stamps[index]))
     keys = {index: _key_of(_path(folder, index)) for index in changed}
     require(set(keys.values()) <= {key, ""}, another)
-    damaged = frozenset(index for index, of in keys.items() if not of)
+    damaged = frozenset(index for index, file_key in keys.items() if not file_key)
     if damaged:
         names = ", ".join(_path(folder, index).name for index in sorted(damaged))
         _log.warning("%s: %s missing or damaged, computed again from the beginning of the run-up", folder, names)

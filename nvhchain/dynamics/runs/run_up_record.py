@@ -87,12 +87,12 @@ def record(
         run.model,
         made.mesh_deflection,
         sampled.back,
-        lambda at: run.turns(time[at])[:, None] / run.law_period + run.offset,
+        lambda indices: run.turns(time[indices])[:, None] / run.law_period + run.offset,
         run.sample_time,
         made.input_speed,
     )
-    beyond = excursions(gearbox, mesh_laws, made.mesh_deflection, sampled.back, fidelity)
-    return made.replace(accuracy=beyond | parted, error_names=gearbox.transmission_error_names)
+    exceeded = excursions(gearbox, mesh_laws, made.mesh_deflection, sampled.back, fidelity)
+    return made.replace(accuracy=exceeded | parted, error_names=gearbox.transmission_error_names)
 
 
 @checked

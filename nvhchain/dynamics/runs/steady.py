@@ -127,8 +127,8 @@ def bearing_forces(
     )
     cycle = _cycle(model, n_step, common, law_phases(model.assembly, mesh_laws))
     if fluctuation is not None:
-        of = Ramp(input_speed, input_speed, period).motion
-        cycle = replace(cycle, drive=fluctuation.drive(of, own, input_speed, period))
+        steady_motion = Ramp(input_speed, input_speed, period).motion
+        cycle = replace(cycle, drive=fluctuation.drive(steady_motion, own, input_speed, period))
     tell = progress if progress is not None else _silent
     motion = _ramp(model, cycle)
     motion, force, angular = _settle(model, motion, cycle, fidelity, tell)

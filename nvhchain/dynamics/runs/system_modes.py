@@ -128,7 +128,7 @@ def _plane_motion(assembly: Assembly, planes: Sequence[tuple[str, float]]) -> Fl
         rotor, shaft = box.rotor_index(name), box.shaft_index(name)
         wrenches = [Wrench(shaft, z, push, rotor if rotor != shaft else -1) for push in np.eye(6)]
         found = [assembly.sections.rows([wrench]) for wrench in wrenches]
-        rows.append([np.concatenate([on_unknowns, still, on_spins @ assembly.free]) for on_unknowns, on_spins in found])
+        rows.append([np.concatenate([motion, still, spin @ assembly.free]) for motion, spin in found])
     return np.array(rows).reshape(len(planes), 6, len(assembly.mass))
 
 
@@ -183,21 +183,21 @@ def _strain(assembly: Assembly, contact: FloatArray, shapes: ComplexArray) -> tu
     box, lateral = assembly.gearbox, assembly.lateral
     n_shaft = len(box.shafts)
     pressed = contact[:, None] * np.abs(assembly.contact @ shapes) ** 2
-    by_row = pressed[0::2] + pressed[1::2]
+    row_energy = pressed[0::2] + pressed[1::2]
     found = {
-        f"mesh {mesh.pinion_shaft}/{mesh.wheel_shaft}": by_row[assembly.mesh == i].sum(axis=0)
+        f"mesh {mesh.pinion_shaft}/{mesh.wheel_shaft}": row_energy[assembly.mesh == i].sum(axis=0)
         for i, mesh in enumerate(box.meshes)
     }
     moved = assembly.bearing_map @ shapes
     force = assembly.bearings.stiffness @ moved
     given = assembly.bearings.residual @ force
     own, seats = ((force.conj() * each).real for each in (moved - given, given))
-    between = assembly.link_map @ shapes
-    linked = (between.conj() * (assembly.links.stiffness @ between)).real
+    link_motion = assembly.link_map @ shapes
+    linked = (link_motion.conj() * (assembly.links.stiffness @ link_motion)).real
     n = shapes.shape[1]
     parts = ((own, assembly.bearings.motions), (linked, assembly.links.motions))
-    by_bearing = np.concatenate([energy.reshape(-1, motions, n).sum(axis=1) for energy, motions in parts])
-    for bearing, energy in zip(box.supports, by_bearing, strict=True):
+    bearing_energy = np.concatenate([energy.reshape(-1, motions, n).sum(axis=1) for energy, motions in parts])
+    for bearing, energy in zip(box.supports, bearing_energy, strict=True):
         found[f"bearing {bearing.name}"] = energy
     stretched = assembly.own_stiffness[:, None] * np.abs(shapes[:lateral]) ** 2
     waves = assembly.waves

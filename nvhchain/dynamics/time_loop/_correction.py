@@ -63,13 +63,13 @@ def mean_excess_correction(  # type: ignore[no-untyped-def]
     for i in range(n_c):
         k, side = i // 2, 1.0 - 2.0 * (i % 2)
         n = cells[k]
-        at_start, slope = flank_force(grid, force, k, row[k], following[k], weight[k], n, side, start[i], hint[i])
-        at_end, _ = flank_force(grid, force, k, row[k], following[k], weight[k], n, side, end[i], hint[i])
+        start_force, slope = flank_force(grid, force, k, row[k], following[k], weight[k], n, side, start[i], hint[i])
+        end_force, _ = flank_force(grid, force, k, row[k], following[k], weight[k], n, side, end[i], hint[i])
         then, _ = flank_force(
             grid, force, k, row_then[k], following_then[k], weight_then[k], n, side, end[i], hint[i]
         )  # fmt: skip
         if abs(end[i] - start[i]) > STANDING:
-            slope = (at_end - at_start) / (end[i] - start[i])
+            slope = (end_force - start_force) / (end[i] - start[i])
         slope -= linear[i]
         rise = then - linear[i] * end[i] - past[3, i]
         # d̈ h² at mid-step is 1.5 times the change of the path of this step less half of the change before

@@ -227,12 +227,12 @@ def march_of(corrected, pushed):  # type: ignore[no-untyped-def]
         for n in range(n_step):
             if wait == 0:
                 wait = stride
-                into = states[stored]
+                kept_state = states[stored]
                 stored += 1
                 for m in range(n_kept):
-                    into[m] = re[m]
+                    kept_state[m] = re[m]
                 for m in range(n_kept):
-                    into[n_kept + m] = im[m]
+                    kept_state[n_kept + m] = im[m]
             wait -= 1
             _rows_at(n, position, rows, row, following, weight)
 

@@ -106,17 +106,17 @@ def equilibrium(
     assembly = assemble(_supported(gearbox, stand_in), mesh_laws, housing, fidelity=fidelity)
     if face_moment is not None:
         assembly = assembly.opposed(face_moment)
-    n, between = assembly.lateral, assembly.links
+    n, links = assembly.lateral, assembly.links
     seats = np.vstack([assembly.bearing_map, assembly.link_map])[:, :n]
     load = assembly.load(shaft_torques(gearbox, assembly.train, input_torque))
     mesh_force = static_mesh_forces(assembly, load)
     carried = np.array([share * mesh_force[mesh] for mesh, share in zip(assembly.mesh, assembly.share, strict=True)])
     flank = assembly.contact[2 * np.arange(len(carried)) + (carried < 0.0), :n]
     outside = load[:n] - flank.T @ np.abs(carried)
-    spring = seats.T @ block_diag(assembly.bearings.stiffness, between.stiffness) @ seats
+    spring = seats.T @ block_diag(assembly.bearings.stiffness, links.stiffness) @ seats
     diagonal = np.diag(assembly.stiffness)[:n]
     scale = max(float(np.linalg.norm(outside / np.sqrt(diagonal))), LEAST_LOAD / float(np.sqrt(diagonal[0])))
-    bearings = _Seated(supports, block_diag(assembly.bearings.residual, between.residual))
+    bearings = _Seated(supports, block_diag(assembly.bearings.residual, links.residual))
 
     def forces(x: FloatArray) -> tuple[FloatArray, FloatArray]:
         force, stiffness = bearings.evaluate(seats @ x)
@@ -204,8 +204,8 @@ class _Seated:
     def _alone(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         force, stiffness = np.zeros(len(u)), np.zeros((len(u), len(u)))
         for i, bearing in enumerate(self.bearings):
-            at = slice(5 * i, 5 * i + 5)
-            force[at], stiffness[at, at] = bearing.evaluate(u[at])
+            block = slice(5 * i, 5 * i + 5)
+            force[block], stiffness[block, block] = bearing.evaluate(u[block])
         return force, stiffness
 
     def evaluate(self, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -252,12 +252,12 @@ def _refusal(gearbox: Gearbox, assembly: Assembly, outside: FloatArray, torque: 
     for i, shaft in enumerate(gearbox.shafts):
         thrust = float(outside[5 * i + 2])
         # an outer shaft moves against its inner one
-        on_it = [(1.0, bearing) for bearing in gearbox.supports if bearing.shaft == shaft.name]
-        on_it += [(-1.0, bearing) for bearing in gearbox.shaft_bearings if bearing.outer_shaft == shaft.name]
-        names = ", ".join(bearing.name for _, bearing in on_it)
+        own_bearings = [(1.0, bearing) for bearing in gearbox.supports if bearing.shaft == shaft.name]
+        own_bearings += [(-1.0, bearing) for bearing in gearbox.shaft_bearings if bearing.outer_shaft == shaft.name]
+        names = ", ".join(bearing.name for _, bearing in own_bearings)
         for way in (1.0, -1.0) if thrust >= 0.0 else (-1.0, 1.0):
             push = np.array([0.0, 0.0, way * FAR, 0.0, 0.0])
-            if any(side * way * bearing.evaluate(side * push)[0][2] > 0.0 for side, bearing in on_it):
+            if any(side * way * bearing.evaluate(side * push)[0][2] > 0.0 for side, bearing in own_bearings):
                 continue
             force = (
                 f"its thrust of {thrust:.4g} N"

@@ -53,8 +53,8 @@ def refine(law: MeshLaw, refinement: int) -> FloatArray:
     wanted = np.asarray(np.arange(n_row) * (law.period / n_row), dtype=float)
     if len(law.angle) == 1:
         return np.repeat(law.force, n_row, axis=0)
-    around = np.arange(-3, len(law.angle) + 4)
-    turn, index = np.divmod(around, len(law.angle))
+    extended_index = np.arange(-3, len(law.angle) + 4)
+    turn, index = np.divmod(extended_index, len(law.angle))
     position = law.angle[index] + turn * law.period
     # the increments keep the interpolated rows monotone; the anchor is the column nearest to zero force
     anchor = int(np.argmin(np.abs(law.force).max(axis=0)))

@@ -100,23 +100,23 @@ def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases
     for e in np.flatnonzero(assembly.share == 0.0):
         load = load - assembly.contact[2 * e] * force_at(grids[e], rows[e], np.zeros(1))[0]
     force = static_mesh_forces(assembly, load)
-    of_mesh = assembly.mesh[points]
-    carried = assembly.share[points] * force[of_mesh]
+    point_mesh = assembly.mesh[points]
+    carried = assembly.share[points] * force[point_mesh]
     back = carried < 0.0
     flank = assembly.contact[2 * points + back]
     n = assembly.lateral
     lateral = np.linalg.solve(assembly.stiffness[:n, :n], load[:n] - flank[:, :n].T @ np.abs(carried))
     wanted = np.array([deflection_under(grids[e], rows[e], f) for e, f in zip(points, carried, strict=True)])
     gap = np.where(back, -wanted, wanted) - flank[:, :n] @ lateral
-    mean = assembly.share[points] * (of_mesh == np.arange(len(force))[:, None])
+    mean = assembly.share[points] * (point_mesh == np.arange(len(force))[:, None])
     torsion = np.linalg.solve(mean @ flank[:, n:], mean @ gap)
     position = np.concatenate([lateral, torsion])
     # if the load brings gears closer than their backlash allows, their other flanks touch too
     sense = np.where(back, 1.0, -1.0)
     others = sense * (assembly.contact[2 * points + ~back] @ position)
     wedged = any(
-        turn * force_at(grids[e], rows[e], np.array([at]))[0] > 0.0
-        for e, at, turn in zip(points, others, sense, strict=True)
+        turn * force_at(grids[e], rows[e], np.array([deflection]))[0] > 0.0
+        for e, deflection, turn in zip(points, others, sense, strict=True)
     )
     if wedged or len(points) > len(force):
         position = _settled(assembly, [(grids[e], rows[e]) for e in points], points, load, position)
@@ -140,10 +140,10 @@ def _settled(
         force, slope = np.zeros(len(pressed)), np.zeros(len(pressed))
         for k, (grid, row) in enumerate(laws):
             for i, side in ((2 * k, 1.0), (2 * k + 1, -1.0)):
-                at = np.array([side * pressed[i]])
-                f = side * float(force_at(grid, row, at)[0])
+                deflection = np.array([side * pressed[i]])
+                f = side * float(force_at(grid, row, deflection)[0])
                 if f > 0.0:
-                    force[i], slope[i] = f, float(slope_at(grid, row, at)[0])
+                    force[i], slope[i] = f, float(slope_at(grid, row, deflection)[0])
         return assembly.stiffness @ x + contact.T @ force - load, slope
 
     residual, slope = balance(position)
@@ -262,10 +262,10 @@ def laws_of_rows(assembly: Assembly, mesh_laws: Sequence[MeshLaw], nominal: Floa
 
     nominal : (n_mesh,) nominal mesh forces (N), for friction and shuttling.
     """
-    laws, beside_waves = [], assembly.laws_beside_waves(mesh_laws)
+    laws, relieved_laws = [], assembly.laws_beside_waves(mesh_laws)
     for mesh, share, offset in zip(assembly.mesh, assembly.share, assembly.offset, strict=True):
         if share > 0.0:
-            law = _tilted_law(beside_waves[mesh], assembly.gearbox.meshes[mesh].static_tilt, float(offset))
+            law = _tilted_law(relieved_laws[mesh], assembly.gearbox.meshes[mesh].static_tilt, float(offset))
             laws.append(law.replace(force=share * law.force))
     for mesh, law, force in zip(assembly.gearbox.meshes, mesh_laws, nominal, strict=True):
         if mesh.friction is not None:

@@ -35,9 +35,9 @@ def check_bends(
     slopes = np.array([(np.diff(force[:n, :m]) / np.diff(grid[:m])).max() for force, grid, n, m in rises])
 
     def found(step: float) -> tuple[float, float]:
-        by = propagator(assembly, modes, load, step)
-        stiffest = float((slopes * np.diag(by.compliance).reshape(-1, 2).max(axis=1)).max())
-        return stiffest, growth(assembly, by, linear, slopes) if stiffest <= CORRECTION_LIMIT else inf
+        trial_step = propagator(assembly, modes, load, step)
+        stiffest = float((slopes * np.diag(trial_step.compliance).reshape(-1, 2).max(axis=1)).max())
+        return stiffest, growth(assembly, trial_step, linear, slopes) if stiffest <= CORRECTION_LIMIT else inf
 
     stiffest, grown = found(step)
     if grown <= GROWTH:
@@ -101,9 +101,9 @@ def standing(table: LawTable, deflection: FloatArray, linear: FloatArray, phases
     phases : (n_row,) phases of the laws, in periods.
     """
     past = np.zeros((5, len(deflection)))
-    for i, at in enumerate(deflection):
+    for i, pressed in enumerate(deflection):
         law, side = i // 2, 1.0 - 2.0 * (i % 2)
         grid = table.deflection[law, : table.cells[law]]
-        force = force_at(grid, row_at(table, law, float(phases[law])), np.array([side * at]))
-        past[3, i] = max(side * float(force[0]), 0.0) - linear[i] * at
+        force = force_at(grid, row_at(table, law, float(phases[law])), np.array([side * pressed]))
+        past[3, i] = max(side * float(force[0]), 0.0) - linear[i] * pressed
     return past

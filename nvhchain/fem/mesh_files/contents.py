@@ -89,13 +89,13 @@ def whole_numbers(values: Any, subject: str) -> IntArray:
 
 def checked_count(count: Any, subject: str, place: str = "") -> int:
     """Return `count` as a whole number of points, cells or values; raises Damaged if it is none or out of range."""
-    at = f"{place}: " if place else ""
+    prefix = f"{place}: " if place else ""
     try:
         number = int(count)
     except ValueError:
-        raise Damaged(f"{at}the number of {subject} is {clip(count)}") from None
+        raise Damaged(f"{prefix}the number of {subject} is {clip(count)}") from None
     if not 0 <= number <= LARGEST_COUNT:
-        raise Damaged(f"{at}the number of {subject} is {number}, 0…{LARGEST_COUNT} are read")
+        raise Damaged(f"{prefix}the number of {subject} is {number}, 0…{LARGEST_COUNT} are read")
     return number
 
 
@@ -122,11 +122,11 @@ class Numbering:
             return numbers
         if not len(self._sorted):
             raise Damaged(f"{owner} refer to node {numbers.flat[0]}, but the file has no nodes")
-        at = np.searchsorted(self._sorted, numbers)
-        missing = (at >= len(self._sorted)) | (self._sorted[np.minimum(at, len(self._sorted) - 1)] != numbers)
+        slot = np.searchsorted(self._sorted, numbers)
+        missing = (slot >= len(self._sorted)) | (self._sorted[np.minimum(slot, len(self._sorted) - 1)] != numbers)
         if missing.any():
             raise Damaged(f"{owner} refer to node {numbers[missing].flat[0]}, which is not in the file")
-        return np.asarray(self._order[at], dtype=np.int64)
+        return np.asarray(self._order[slot], dtype=np.int64)
 
 
 def surface_nodes(parts: Iterable[tuple[str, IntArray]]) -> IntArray:
@@ -157,7 +157,7 @@ class Cursor:
     """Position in the bytes of a file of lines, which may have binary blocks in between."""
 
     def __init__(self, data: bytes) -> None:
-        self.data, self.at, self.last = data, 0, 0
+        self.data, self.position, self.last = data, 0, 0
 
     @property
     def place(self) -> str:
@@ -170,52 +170,52 @@ class Cursor:
 
     def line(self) -> bytes | None:
         """Return the next line that is not blank, stripped, or None at the end; the cursor moves behind it."""
-        while self.at < len(self.data):
-            end = self.data.find(b"\n", self.at)
+        while self.position < len(self.data):
+            end = self.data.find(b"\n", self.position)
             end = len(self.data) if end < 0 else end
-            text, self.at, self.last = self.data[self.at : end].strip(), end + 1, self.at
+            text, self.position, self.last = self.data[self.position : end].strip(), end + 1, self.position
             if text:
                 return text
         return None
 
     def words(self, least: int = 1) -> list[bytes]:
         """Return the words of the next line, at least `least`."""
-        before = self.at
+        before = self.position
         words = (self.line() or b"").split()
         if len(words) < least:
-            self.at = before
+            self.position = before
             raise self.fail(f"{least} words are needed, the file has {len(words)} there: it is cut off or damaged")
         return words
 
     def binary(self, count: int, kind: Any) -> Any:
         """Return an array (count,) of a NumPy type from the bytes that follow."""
         dtype = np.dtype(kind)
-        if count * dtype.itemsize > len(self.data) - self.at:
+        if count * dtype.itemsize > len(self.data) - self.position:
             raise self.fail(
-                f"{count * dtype.itemsize} bytes are announced, {max(len(self.data) - self.at, 0)} are there"
+                f"{count * dtype.itemsize} bytes are announced, {max(len(self.data) - self.position, 0)} are there"
             )
-        values = np.frombuffer(self.data, dtype, count, self.at)
-        self.at += count * dtype.itemsize
+        values = np.frombuffer(self.data, dtype, count, self.position)
+        self.position += count * dtype.itemsize
         return values
 
     def table(self, count: int, columns: int, kind: Any) -> Any:
         """Return numbers (count, columns) from the next `count` lines that are not blank."""
         rows: list[list[bytes]] = []
-        if 2 * count * max(columns, 1) > len(self.data) - self.at + 1:
+        if 2 * count * max(columns, 1) > len(self.data) - self.position + 1:
             raise self.fail(f"{count} lines of {columns} numbers are announced, the file is too short: it is cut off")
-        start = self.at
+        start = self.position
         for _ in range(count):
             rows.append(self.words(columns)[:columns])
         try:
             return np.array(rows, dtype="S32").astype(kind).reshape(count, columns)
         except (ValueError, OverflowError):
-            self.at = start
+            self.position = start
             for row in rows:
-                before = self.at
+                before = self.position
                 self.line()
                 try:
                     np.array(row, dtype="S32").astype(kind)
                 except (ValueError, OverflowError):
-                    self.at = before
+                    self.position = before
                     raise self.fail(f"numbers are needed: {clip(b' '.join(row))}") from None
             raise

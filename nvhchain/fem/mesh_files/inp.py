@@ -168,11 +168,11 @@ def _motion(block: _Block) -> _Motion | None:
             )
     if not len(turn):
         return (lambda points: points + shift) if shift.any() else None
-    foot, along = turn[:3], turn[3:6] - turn[:3]
-    length = float(np.linalg.norm(along))
+    foot, axis = turn[:3], turn[3:6] - turn[:3]
+    length = float(np.linalg.norm(axis))
     if not length:
         raise Damaged(f"line {block.line}: the axis of an instance is between one point and itself: give two points")
-    turned = Rotation.from_rotvec(turn[6] * along / length, degrees=True).as_matrix()
+    turned = Rotation.from_rotvec(turn[6] * axis / length, degrees=True).as_matrix()
     return lambda points: np.asarray((points + shift - foot) @ turned.T + foot)
 
 
@@ -334,8 +334,8 @@ def _kind(name: str, rows: list[_Row]) -> str:
             return kinds[int(found[1])]
     if _FACELESS.match(name.upper()):
         return ""
-    at = f"line {rows[0][0]}: " if rows else ""
-    raise Damaged(f"{at}elements of type {clip(name)} are not read")
+    prefix = f"line {rows[0][0]}: " if rows else ""
+    raise Damaged(f"{prefix}elements of type {clip(name)} are not read")
 
 
 def _whole_number(text: str, line: int) -> int:

@@ -63,6 +63,6 @@ def _members(arrays: dict[str, np.ndarray], key: str, count: int, names: dict[st
         raise Damaged(f"{len(family)} families are given for {count} points or cells")
     found: dict[str, IntArray] = {}
     for number, groups in names.items():
-        at = np.flatnonzero(family == int(number))
-        found |= {name: np.append(found.get(name, at[:0]), at) for name in groups}
+        members = np.flatnonzero(family == int(number))
+        found |= {name: np.append(found.get(name, members[:0]), members) for name in groups}
     return found

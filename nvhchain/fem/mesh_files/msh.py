@@ -63,7 +63,7 @@ class _Msh:
             )
         self.new, self.binary, self.order = version == b"4.1", binary == b"1", "<"
         if self.binary and int(cursor.binary(1, "<i4")[0]) != 1:
-            cursor.at -= 4
+            cursor.position -= 4
             self.order = ">"
             if int(cursor.binary(1, ">i4")[0]) != 1:
                 raise cursor.fail("the order of its bytes is unknown")
@@ -80,10 +80,10 @@ class _Msh:
             if not line.startswith(b"$") or line in done:
                 raise self.cursor.fail(f"a section is needed once, not {clip(line)}")
             if line not in sections:
-                end = self.cursor.data.find(b"\n$End" + line[1:], self.cursor.at - 1)
+                end = self.cursor.data.find(b"\n$End" + line[1:], self.cursor.position - 1)
                 if end < 0:
                     raise self.cursor.fail(f"section {clip(line)} does not end")
-                self.cursor.at = end + 1
+                self.cursor.position = end + 1
             else:
                 done.add(line)
                 sections[line]()
@@ -165,11 +165,13 @@ class _Msh:
                     if dimension:
                         self._list()
                 else:
-                    words, at = cursor.words(5 if dimension == 0 else 8), 4 if dimension == 0 else 7
-                    size = checked_count(words[at], "groups", cursor.place)
-                    if len(words) < at + 1 + size:
-                        raise cursor.fail(f"an entity announces {size} groups, {len(words) - at - 1} numbers follow")
-                    tag, *groups = self._whole_numbers([words[0], *words[at + 1 : at + 1 + size]])
+                    words, position = cursor.words(5 if dimension == 0 else 8), 4 if dimension == 0 else 7
+                    size = checked_count(words[position], "groups", cursor.place)
+                    if len(words) < position + 1 + size:
+                        raise cursor.fail(
+                            f"an entity announces {size} groups, {len(words) - position - 1} numbers follow"
+                        )
+                    tag, *groups = self._whole_numbers([words[0], *words[position + 1 : position + 1 + size]])
                 self.physical[dimension, tag] = [abs(group) for group in groups]
 
     def _list(self) -> list[int]:

@@ -89,15 +89,15 @@ def _text(cursor: Cursor, count: int, properties: list[_Property]) -> dict[str, 
         return {name: table[:, i] for i, (name, _, _) in enumerate(properties)}
     flat: dict[str, tuple[list[bytes], list[int]]] = {name: ([], []) for name, _, _ in properties}
     for _ in range(count):
-        words, at = cursor.words(), 0
+        words, position = cursor.words(), 0
         for name, length, _ in properties:
-            size = checked_count(words[at], "entries", cursor.place) if length and at < len(words) else 1
-            at += bool(length)
-            if at + size > len(words):
-                raise cursor.fail(f"{at + size} numbers are needed, {len(words)} are there")
-            flat[name][0].extend(words[at : at + size])
+            size = checked_count(words[position], "entries", cursor.place) if length and position < len(words) else 1
+            position += bool(length)
+            if position + size > len(words):
+                raise cursor.fail(f"{position + size} numbers are needed, {len(words)} are there")
+            flat[name][0].extend(words[position : position + size])
             flat[name][1].append(len(flat[name][0]))
-            at += size
+            position += size
     columns: dict[str, Any] = {}
     for name, length, kind in properties:
         values = np.array(flat[name][0], dtype="S32").astype(np.int64 if kind[0] in "iu" else float)
@@ -110,7 +110,7 @@ def _binary_lists(cursor: Cursor, count: int, properties: list[_Property], order
 
     They are read at once if all lists are as long as the first, one by one otherwise.
     """
-    start, sizes = cursor.at, []
+    start, sizes = cursor.position, []
     for _, length, kind in properties if count else []:
         sizes.append(_length(cursor, order + length) if length else 1)
         cursor.binary(sizes[-1], order + kind)
@@ -119,7 +119,7 @@ def _binary_lists(cursor: Cursor, count: int, properties: list[_Property], order
         for (name, length, kind), size in zip(properties, sizes, strict=False)
         for part in ([("#" + name, order + length)] if length else []) + [(name, order + kind, (size,))]
     ]
-    cursor.at = start
+    cursor.position = start
     if count * np.dtype(record).itemsize <= len(cursor.data) - start:
         values = cursor.binary(count, record)
         lists = [(name, size) for (name, length, _), size in zip(properties, sizes, strict=False) if length]
@@ -127,7 +127,7 @@ def _binary_lists(cursor: Cursor, count: int, properties: list[_Property], order
             entries = {name: values[name].ravel() for name, _, _ in properties} if count else {}
             ends = {name: size * np.arange(1, count + 1) for name, size in lists}
             return {name: (flat, ends[name]) if name in ends else flat for name, flat in entries.items()}
-    cursor.at = start
+    cursor.position = start
     flat: dict[str, list[Any]] = {name: [] for name, _, _ in properties}
     for _ in range(count):
         for name, length, kind in properties:
@@ -141,7 +141,7 @@ def _binary_lists(cursor: Cursor, count: int, properties: list[_Property], order
 
 def _length(cursor: Cursor, kind: str) -> int:
     """Return the number of entries of the list that follows."""
-    place = f"byte {cursor.at}"
+    place = f"byte {cursor.position}"
     value = cursor.binary(1, kind)[0]
     if not np.isfinite(value) or value != int(value):
         raise Damaged(f"{place}: a list has {value} entries")

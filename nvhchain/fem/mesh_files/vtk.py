@@ -56,14 +56,14 @@ def sorted_cells(corners: IntArray, ends: IntArray, types: IntArray) -> list[tup
         raise Damaged(f"its cells need {ends[-1]} corners in increasing order, {len(corners)} are there")
     found: list[tuple[str, IntArray]] = []
     for number in np.unique(types).tolist():
-        at = np.flatnonzero(types == number)
+        members = np.flatnonzero(types == number)
         if number in (_POLY_VERTEX, _POLY_LINE):
             continue
         if number != _POLYGON and number not in CELL_TYPES:
-            raise Damaged(f"cells of type {number} (first cell {at[0] + 1}) are not read")
-        for count in np.unique(size[at]).tolist():
+            raise Damaged(f"cells of type {number} (first cell {members[0] + 1}) are not read")
+        for count in np.unique(size[members]).tolist():
             kind = polygon(count) if number == _POLYGON else CELL_TYPES[number]
-            cells = at[size[at] == count]
+            cells = members[size[members] == count]
             if count < 3 if number == _POLYGON else NODES[kind] != count:
                 raise Damaged(f"cell {cells[0] + 1} of kind {kind} has {count} corners")
             found.append((kind, corners[(ends - size)[cells][:, None] + np.arange(count)]))
@@ -83,8 +83,8 @@ class _Legacy:
         if head[:4] != [b"#", b"vtk", b"DataFile", b"Version"] or not found:
             raise self.cursor.fail("it does not begin with '# vtk DataFile Version' 1 to 5")
         self.version = int(found[1])
-        end = data.find(b"\n", self.cursor.at)  # end of the title, which may be blank
-        self.cursor.at = end + 1 if end >= 0 else len(data)
+        end = data.find(b"\n", self.cursor.position)  # end of the title, which may be blank
+        self.cursor.position = end + 1 if end >= 0 else len(data)
         form = self.cursor.words()[0].upper()
         if form not in (b"ASCII", b"BINARY"):
             raise self.cursor.fail(f"the form is {clip(form)}, ASCII or BINARY is needed")
@@ -114,10 +114,10 @@ class _Legacy:
         if word == b"DATASET" and words[-1].upper() in (b"UNSTRUCTURED_GRID", b"POLYDATA"):
             return
         if word == b"METADATA":
-            while cursor.at < len(cursor.data):  # up to a blank line
-                end = cursor.data.find(b"\n", cursor.at)
+            while cursor.position < len(cursor.data):  # up to a blank line
+                end = cursor.data.find(b"\n", cursor.position)
                 end = len(cursor.data) if end < 0 else end
-                text, cursor.at = cursor.data[cursor.at : end].strip(), end + 1
+                text, cursor.position = cursor.data[cursor.position : end].strip(), end + 1
                 if not text:
                     return
             return
@@ -152,9 +152,9 @@ class _Legacy:
         cursor = self.cursor
         if word == b"SCALARS" and len(words) in (3, 4):
             width = checked_count(words[3], "components", cursor.place) if len(words) == 4 else 1
-            before = cursor.at
+            before = cursor.position
             if (cursor.line() or b"")[:12].upper() != b"LOOKUP_TABLE":
-                cursor.at = before
+                cursor.position = before
             self._keep(words[1], self._numbers(self.rows * width, words[2]))
         elif word == b"LOOKUP_TABLE" and len(words) == 3:
             self._numbers(
@@ -182,33 +182,33 @@ class _Legacy:
         code = _TYPES[kind.lower()]
         if self.binary:
             return cursor.binary(count, ">" + code)
-        end = _KEYWORD.search(cursor.data, cursor.at)
+        end = _KEYWORD.search(cursor.data, cursor.position)
         stop = end.start() if end else len(cursor.data)
-        words = cursor.data[cursor.at : stop].split()
+        words = cursor.data[cursor.position : stop].split()
         if len(words) != count:
             raise cursor.fail(f"{count} numbers are announced, {len(words)} follow")
         try:
             numbers = np.array(words, dtype="S32").astype(np.int64 if code[0] in "iu" else float)
         except (ValueError, OverflowError) as error:
             raise cursor.fail(f"the numbers that follow are damaged ({clip(error)})") from None
-        cursor.at = stop
+        cursor.position = stop
         return numbers
 
     def _counted(self, cells: int, size: int) -> tuple[IntArray, IntArray]:
         """Return corners and ends of cells that are written as their count of corners and these corners."""
         numbers = self._numbers(size, b"int").astype(np.int64)
-        ends, at = np.zeros(cells, dtype=np.int64) if cells <= size else None, 0
+        ends, position = np.zeros(cells, dtype=np.int64) if cells <= size else None, 0
         if ends is None:
             raise self.cursor.fail(f"{cells} cells do not fit into {size} numbers")
         heads = np.zeros(len(numbers), dtype=bool)
         for cell in range(cells):
-            if at >= len(numbers) or not 0 <= numbers[at] < len(numbers) - at:
+            if position >= len(numbers) or not 0 <= numbers[position] < len(numbers) - position:
                 raise Damaged(f"cell {cell + 1} of {cells} reaches beyond the {size} numbers of all cells")
-            heads[at] = True
-            at += int(numbers[at]) + 1
-            ends[cell] = at - cell - 1
-        if at != len(numbers):
-            raise Damaged(f"its {cells} cells have {at} numbers, {size} are announced")
+            heads[position] = True
+            position += int(numbers[position]) + 1
+            ends[cell] = position - cell - 1
+        if position != len(numbers):
+            raise Damaged(f"its {cells} cells have {position} numbers, {size} are announced")
         return numbers[~heads], ends
 
     def _offsets(self, offsets: int, corners: int) -> tuple[IntArray, IntArray]:

@@ -190,16 +190,16 @@ class _Document:
         if first > max(size, 1) or len(data) < width * (3 + first):
             raise Damaged(f"{first} compressed blocks are announced, {len(data)} bytes are there")
         _, full, last, *packed = np.frombuffer(data, self.header, 3 + first).tolist()
-        found, at = [], width * (3 + first)
+        found, position = [], width * (3 + first)
         for number, length in enumerate(packed, 1):
             expected = last if number == first and last else full
-            if expected > size or at + length > len(data):
+            if expected > size or position + length > len(data):
                 raise Damaged(f"compressed block {number} of {first} reaches beyond the data")
-            block = self.expand(data[at : at + length], expected)
+            block = self.expand(data[position : position + length], expected)
             if len(block) != expected:
                 raise Damaged(f"compressed block {number} of {first} has {len(block)} bytes, {expected} are announced")
             found.append(block)
-            at += length
+            position += length
         whole = b"".join(found)
         if len(whole) != size:
             raise Damaged(f"{size} bytes are needed, {len(whole)} are there")

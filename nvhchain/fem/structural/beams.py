@@ -42,10 +42,10 @@ def beam_matrices(nodes: FloatArray, block: BeamBlock) -> tuple[FloatArray, Floa
 
 def beam_axes(ends: FloatArray, block: BeamBlock) -> tuple[FloatArray, FloatArray]:
     """Return lengths (m,) m and axes (m, 3, 3), as rows, of beams with `ends` (m, 2, 3) m."""
-    along = ends[:, 1] - ends[:, 0]
-    length = np.linalg.norm(along, axis=1)
+    span = ends[:, 1] - ends[:, 0]
+    length = np.linalg.norm(span, axis=1)
     require(bool((length > 0).all()), f"beam {block.labels[length.argmin()]} has no length: remove it")
-    x = along / length[:, None]
+    x = span / length[:, None]
     reach = np.linalg.norm(block.direction, axis=1)
     z = np.cross(x, block.direction)
     sine = np.linalg.norm(z, axis=1)

@@ -40,10 +40,10 @@ def _incompatible(xy: FloatArray, thickness: FloatArray, law: FloatArray) -> Flo
     inverse, determinant = jacobians(xy, gradient)
     slope = np.einsum("qnb,mqba->mqna", gradient, inverse)
     centre = np.array([[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]]) / 4
-    middle, of_middle = jacobians(xy, centre)
+    middle, middle_determinant = jacobians(xy, centre)
     modes = np.zeros((len(points), 2, 2))
     modes[:, 0, 0], modes[:, 1, 1] = -2 * points[:, 0], -2 * points[:, 1]
-    extra = np.einsum("qnb,mba->mqna", modes, middle[:, 0]) * (of_middle / determinant)[..., None, None]
+    extra = np.einsum("qnb,mba->mqna", modes, middle[:, 0]) * (middle_determinant / determinant)[..., None, None]
     volume = determinant * weight * thickness[:, None]
     outer, inner = _strains(slope), _strains(extra)
     weighted = np.matmul(law, outer) * volume[..., None, None]

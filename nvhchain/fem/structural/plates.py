@@ -76,9 +76,9 @@ def plate_stiffness(xy: FloatArray, bending: FloatArray, poisson: float, shear: 
     inverse, determinant = jacobians(xy, gradient)
     side = np.roll(xy, -1, axis=1) - xy
     length = np.linalg.norm(side, axis=2)
-    along = side / length[..., None]
+    direction = side / length[..., None]
     phi = 12 * (bending / shear)[:, None] / length**2
-    bump = _bubble_heights(length, along, phi)
+    bump = _bubble_heights(length, direction, phi)
     slope = np.einsum("qnb,mqba->mqna", gradient, inverse)
     bump_slope = np.einsum("qnb,mqba->mqna", bubble, inverse)
     nodal = np.zeros((m, len(weight), 3, n, 3))
@@ -86,11 +86,11 @@ def plate_stiffness(xy: FloatArray, bending: FloatArray, poisson: float, shear: 
     nodal[:, :, 1, :, 2] = slope[..., 1]
     nodal[:, :, 2, :, 1], nodal[:, :, 2, :, 2] = slope[..., 1], slope[..., 0]
     curvature = nodal.reshape(m, len(weight), 3, 3 * n)
-    c, s = along[:, None, :, 0], along[:, None, :, 1]
-    per_bump = np.stack(
+    c, s = direction[:, None, :, 0], direction[:, None, :, 1]
+    bump_curvature = np.stack(
         [bump_slope[..., 0] * c, bump_slope[..., 1] * s, bump_slope[..., 1] * c + bump_slope[..., 0] * s], axis=2
     )
-    curvature += np.einsum("mqck,mkd->mqcd", per_bump, bump, optimize=True)
+    curvature += np.einsum("mqck,mkd->mqcd", bump_curvature, bump, optimize=True)
     law = np.array([[1.0, poisson, 0.0], [poisson, 1.0, 0.0], [0.0, 0.0, (1 - poisson) / 2]])
     area = determinant * weight
     K = _quadratic(curvature, law, area * bending[:, None])
@@ -108,14 +108,14 @@ def _quadratic(strain: FloatArray, law: FloatArray, weight: FloatArray) -> Float
     return np.matmul(strain.reshape(m, q * c, d).swapaxes(1, 2), weighted.reshape(m, q * c, d))
 
 
-def _bubble_heights(length: FloatArray, along: FloatArray, phi: FloatArray) -> FloatArray:
+def _bubble_heights(length: FloatArray, direction: FloatArray, phi: FloatArray) -> FloatArray:
     """Return Δβ (m, n, 3 n) of every side per unknown of the nodes."""
     m, n = length.shape
     bump = np.zeros((m, n, n, 3))
     for k in range(n):
         for node, sign in ((k, -1.0), ((k + 1) % n, 1.0)):
             bump[:, k, node, 0] = sign
-            bump[:, k, node, 1:] = length[:, k, None] / 2 * along[:, k]
+            bump[:, k, node, 1:] = length[:, k, None] / 2 * direction[:, k]
     factor = -1.5 / (length * (1 + phi))
     return (factor[..., None, None] * bump).reshape(m, n, 3 * n)
 

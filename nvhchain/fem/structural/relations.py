@@ -121,9 +121,9 @@ def freedom_map(
     for number, body in enumerate(bodies):
         _follow_body(rows, body, nodes, 6 * (count + number))
     for relation in relations:
-        to = np.array([6 * relation.node + relation.component])
+        follower = np.array([6 * relation.node + relation.component])
         columns = 6 * relation.nodes + relation.components
-        rows.add(relation.name, to, _table(np.zeros_like(columns), columns, relation.coefficients, (1, size)))
+        rows.add(relation.name, follower, _table(np.zeros_like(columns), columns, relation.coefficients, (1, size)))
     for average in averages:
         _follow_average(rows, average, nodes, fixed)
     dependent = np.zeros(size, dtype=bool)
@@ -137,8 +137,8 @@ def freedom_map(
     own = np.flatnonzero(~dependent)
     select = sp.csr_matrix((np.ones(len(own)), (own, own)), shape=(size, size))
     if rows.row:
-        at, source, value = np.concatenate(rows.row), np.concatenate(rows.column), np.concatenate(rows.value)
-        follow = sp.csr_matrix(_table(at, source, value, (size, size)))
+        row, source, value = np.concatenate(rows.row), np.concatenate(rows.column), np.concatenate(rows.value)
+        follow = sp.csr_matrix(_table(row, source, value, (size, size)))
         whole = _resolved(select, follow)
     else:
         whole = select
@@ -165,9 +165,9 @@ def _resolved(select: sp.csr_matrix, follow: sp.csr_matrix) -> sp.csr_matrix:
 def _follow_body(rows: _Rows, body: RigidBody, nodes: FloatArray, first: int) -> None:
     motion = rigid_motion(nodes[body.nodes] - body.reference)
     components = 6 if body.rotations else 3
-    at, row, column = np.nonzero(motion[:, :components])
+    index, row, column = np.nonzero(motion[:, :components])
     own = (6 * body.nodes[:, None] + np.arange(components)).ravel()
-    table = _table(at * components + row, first + column, motion[at, row, column], (len(own), rows.unknowns))
+    table = _table(index * components + row, first + column, motion[index, row, column], (len(own), rows.unknowns))
     rows.add(f"rigid set {body.name}", own, table)
 
 
@@ -179,8 +179,8 @@ def _follow_average(rows: _Rows, one: Average, nodes: FloatArray, fixed: IntArra
     members = (6 * one.nodes[:, None] + np.arange(6)).ravel()
     bound = np.array([row in rows.owner or bool(fixed[row]) for row in own.tolist()])
     if not bound.any():
-        at, column = np.nonzero(gather)
-        rows.add(name, own, _table(at, members[column], gather[at, column], (len(own), rows.unknowns)))
+        index, column = np.nonzero(gather)
+        rows.add(name, own, _table(index, members[column], gather[index, column], (len(own), rows.unknowns)))
         return
     free = np.array([row not in rows.owner and not fixed[row] for row in members.tolist()])
     pivot = np.zeros(0, dtype=np.int64)
@@ -198,5 +198,5 @@ def _follow_average(rows: _Rows, one: Average, nodes: FloatArray, fixed: IntArra
     inverse = np.linalg.inv(gather[:, pivot])
     table = np.hstack([inverse, -inverse @ gather[:, rest]])
     columns = np.concatenate([own, members[rest]])
-    at, column = np.nonzero(table)
-    rows.add(name, members[pivot], _table(at, columns[column], table[at, column], (len(pivot), rows.unknowns)))
+    index, column = np.nonzero(table)
+    rows.add(name, members[pivot], _table(index, columns[column], table[index, column], (len(pivot), rows.unknowns)))

@@ -49,10 +49,10 @@ def facet_frames(corners: FloatArray) -> tuple[FloatArray, FloatArray, FloatArra
     The third axis is the normal, right-handed about the order of the corners; heights are over the mean plane.
     """
     count = corners.shape[1]
-    across = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    spans = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     if count == 4:
-        across = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
-    normal = np.cross(*across)
+        spans = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+    normal = np.cross(*spans)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
     x = corners[:, 1] - corners[:, 0]
     x = x - normal * (x * normal).sum(axis=1, keepdims=True)
@@ -103,10 +103,10 @@ def _spread_to_nodes(local: FloatArray, axes: FloatArray, arms: FloatArray) -> F
     m, n = arms.shape
     if np.abs(arms).max() > 0:
         # the facet moves by u + arm θ_y and v − arm θ_x
-        for to, source, sign in ((4, 0, 1.0), (3, 1, -1.0)):
-            local[..., to] += sign * arms[:, None, None, :] * local[..., source]
-        for to, source, sign in ((4, 0, 1.0), (3, 1, -1.0)):
-            local[:, :, to] += sign * arms[:, :, None, None] * local[:, :, source]
+        for target, source, sign in ((4, 0, 1.0), (3, 1, -1.0)):
+            local[..., target] += sign * arms[:, None, None, :] * local[..., source]
+        for target, source, sign in ((4, 0, 1.0), (3, 1, -1.0)):
+            local[:, :, target] += sign * arms[:, :, None, None] * local[:, :, source]
     right = np.matmul(local.reshape(m, -1, 3), axes)
     left = np.matmul(axes.swapaxes(1, 2)[:, None], right.reshape(m, 2 * n, 3, 6 * n))
     return left.reshape(m, 6 * n, 6 * n)

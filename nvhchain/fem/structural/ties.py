@@ -94,9 +94,9 @@ def _linear(place: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
     r, s = place
     if count == 3:
         return np.array([1 - r - s, r, s]), np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
-    at = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    x, y = 1 + r * at[:, 0], 1 + s * at[:, 1]
-    return x * y / 4, np.column_stack([at[:, 0] * y, at[:, 1] * x]) / 4
+    corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    x, y = 1 + r * corners[:, 0], 1 + s * corners[:, 1]
+    return x * y / 4, np.column_stack([corners[:, 0] * y, corners[:, 1] * x]) / 4
 
 
 def _quadratic(place: FloatArray, count: int) -> FloatArray:

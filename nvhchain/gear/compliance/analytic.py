@@ -78,10 +78,10 @@ def slice_compliance(body: GearBody) -> SliceCompliance:
     total = _body(gear, arm, angle, poisson) / young
     y, depth = _depth(gear)
     for i in range(len(radius)):
-        at = np.linspace(y[0], arm[i], _PROFILE_POINTS)
-        thickness = np.interp(at, y, depth)
-        bending = np.trapezoid(12 * (arm[i] - at) ** 2 / thickness**3, at)
-        shear = (2.4 / (1 - poisson) + np.tan(angle[i]) ** 2) * np.trapezoid(1 / thickness, at)
+        position = np.linspace(y[0], arm[i], _PROFILE_POINTS)
+        thickness = np.interp(position, y, depth)
+        bending = np.trapezoid(12 * (arm[i] - position) ** 2 / thickness**3, position)
+        shear = (2.4 / (1 - poisson) + np.tan(angle[i]) ** 2) * np.trapezoid(1 / thickness, position)
         total[i] += np.cos(angle[i]) ** 2 * (1 - poisson**2) / young * (bending + shear)
     return SliceCompliance(radius, total, _twist(body), gear.base_helix_angle)
 

@@ -51,10 +51,10 @@ class _Repeated:
 
         The first sector has the lowest number of every set of images.
         """
-        lowest = at = moving
+        lowest = image = moving
         for _ in range(sectors - 1):
-            at = turned[at]
-            lowest = np.minimum(lowest, at)
+            image = turned[image]
+            lowest = np.minimum(lowest, image)
         first = moving[lowest == moving]
         if last is not None:
             first = np.concatenate([np.setdiff1d(first, last), np.intersect1d(first, last)])
@@ -83,8 +83,8 @@ class _Repeated:
     def enter(self, value: FloatArray, row: IntArray, column: IntArray) -> None:
         """Add entries of the first sector's elements; those of held unknowns are excluded."""
         free = (row >= 0) & (column >= 0)
-        (from_, row), (to, column) = np.divmod(row[free], self.size), np.divmod(column[free], self.size)
-        turns = np.where(row <= column, (to - from_) % self.sectors, self.sectors)
+        (row_sector, row), (column_sector, column) = np.divmod(row[free], self.size), np.divmod(column[free], self.size)
+        turns = np.where(row <= column, (column_sector - row_sector) % self.sectors, self.sectors)
         value = value[free]
         for moved in np.flatnonzero(np.bincount(turns, minlength=self.sectors)[: self.sectors]):
             these = turns == moved
@@ -96,10 +96,10 @@ class _Repeated:
         part = stiffness.tocoo()
         self.enter(part.data, self.unknowns[part.row], self.unknowns[part.col])
 
-    def enter_tooth(self, tooth: CondensedTooth, at: IntArray) -> None:
-        """Add a condensed tooth on unknowns `at`."""
-        i, j = np.nonzero(at[:, None] % self.size <= at % self.size)
-        self.enter(tooth.stiffness[i, j], at[i], at[j])
+    def enter_tooth(self, tooth: CondensedTooth, unknowns: IntArray) -> None:
+        """Add a condensed tooth on its `unknowns`."""
+        i, j = np.nonzero(unknowns[:, None] % self.size <= unknowns % self.size)
+        self.enter(tooth.stiffness[i, j], unknowns[i], unknowns[j])
 
     def matrix(self, harmonic: int) -> sp.csr_matrix:
         """Return the upper triangle of the matrix of a harmonic."""
@@ -109,14 +109,14 @@ class _Repeated:
         turned = (self.phase(harmonic, moved) * part for moved, part in self._parts.items() if moved)
         return sum(turned, start=self._parts[0])
 
-    def spread(self, harmonic: int, at: IntArray, forces: FloatArray, rows: IntArray | None = None) -> Any:
-        """Return the loads (size, m) of a harmonic under forces (n, m) on unknowns `at`, none of them held.
+    def spread(self, harmonic: int, unknowns: IntArray, forces: FloatArray, rows: IntArray | None = None) -> Any:
+        """Return the loads (size, m) of a harmonic under forces (n, m) on `unknowns`, none of them held.
 
         rows: unknowns of the first sector to which the answer is restricted.
         """
-        sector, place = divmod(at, self.size)
+        sector, place = divmod(unknowns, self.size)
         phase = self.phase(harmonic, -sector)
-        matrix = sp.csr_matrix((phase, (place, np.arange(len(at)))), shape=(self.size, len(at)))
+        matrix = sp.csr_matrix((phase, (place, np.arange(len(unknowns)))), shape=(self.size, len(unknowns)))
         # neighbours share nodes, and so do both ends of a sector: forces are added
         return np.asfortranarray((matrix if rows is None else matrix[rows]) @ forces)
 
@@ -220,13 +220,13 @@ def _rim(mesh: GearMesh, tooth: CondensedTooth, material: Material, patterns: Fl
     elements = solid[mesh.rim_elements & mesh.tooth_elements]
     if len(elements):
         body.enter_stiffness(cylindrical_stiffness(blank, elements, material))
-    at = body.unknowns.reshape(-1, 3)[shared[0]].ravel()
-    body.enter_tooth(tooth, at)
+    tooth_unknowns = body.unknowns.reshape(-1, 3)[shared[0]].ravel()
+    body.enter_tooth(tooth, tooth_unknowns)
     count = len(inner) // len(shared)
     free, r = body.size - 3 * count, patterns.shape[1]
     answer, passed = np.zeros((len(shared), r, r)), np.zeros((len(shared), 3 * count, r))
     for k, weight in body.harmonics:
-        upper, load = body.matrix(k), body.spread(k, at, patterns)
+        upper, load = body.matrix(k), body.spread(k, tooth_unknowns, patterns)
         with factorize(upper[:free, :free], upper=True) as factor:
             moved = factor.solve(load[:free])
         phase = weight * body.phase(k, np.arange(len(shared)))[:, None, None]
@@ -255,15 +255,15 @@ def _web_response(
     nodes, passed = combinations
     teeth, r = len(nodes), passed.shape[2]
     sector = teeth // body.sectors
-    at = body.unknowns.reshape(-1, 3)[nodes].ravel()
-    rows = np.unique(at % body.size)
-    loads = np.stack([np.roll(passed, t, axis=0).reshape(len(at), r) for t in range(sector)], axis=1)
+    inner_unknowns = body.unknowns.reshape(-1, 3)[nodes].ravel()
+    rows = np.unique(inner_unknowns % body.size)
+    loads = np.stack([np.roll(passed, t, axis=0).reshape(len(inner_unknowns), r) for t in range(sector)], axis=1)
     turns, loaded = divmod(np.arange(sector)[:, None] + np.arange(reach + 1), sector)
     answer = np.zeros((sector, reach + 1, r, r))
     together = max(1, BLOCK // count)
     batches = [slice(first, min(first + together, sector)) for first in range(0, sector, together)]
     for k, weight in body.harmonics:
-        given = body.spread(k, at, loads.reshape(len(at), -1), rows)
+        given = body.spread(k, inner_unknowns, loads.reshape(len(inner_unknowns), -1), rows)
         tested = given.conj().T
         given = given.reshape(len(rows), sector, r)
         response = np.zeros((sector, r, sector, r), given.dtype)
@@ -297,10 +297,10 @@ def _whole(mesh: GearMesh, tooth: CondensedTooth, material: Material, sector: in
     turned = _turned(mesh, shared, mesh.blank.rotated_nodes, sector)
     body = _Repeated(turned, len(shared) // sector, np.setdiff1d(np.arange(len(turned)), held))
     body.enter_stiffness(part)
-    at = body.unknowns.reshape(-1, 3)[shared].reshape(len(shared), -1)
-    for own in at[:sector]:
+    unknowns = body.unknowns.reshape(-1, 3)[shared].reshape(len(shared), -1)
+    for own in unknowns[:sector]:
         body.enter_tooth(tooth, own)
-    return body, at
+    return body, unknowns
 
 
 def _turned(mesh: GearMesh, shared: IntArray, plane: IntArray, sector: int) -> IntArray:
@@ -318,8 +318,8 @@ def _shared_nodes(mesh: GearMesh, tooth: CondensedTooth) -> tuple[IntArray, IntA
 
     Global numbers count the blank's nodes first, then those between teeth − 1 and 0, 0 and 1, …
     """
-    blank, teeth, between = mesh.blank_solid, len(mesh.blank.top), len(tooth.left)
+    blank, teeth, left_count = mesh.blank_solid, len(mesh.blank.top), len(tooth.left)
     number = np.arange(teeth)
-    left = len(blank.nodes) + between * number[:, None] + np.arange(between)
+    left = len(blank.nodes) + left_count * number[:, None] + np.arange(left_count)
     bottom = np.stack([blank.stacked(line) for line in mesh.blank.top])
     return np.hstack([left, np.roll(left, -1, axis=0), bottom]), blank.stacked(mesh.blank.bore)

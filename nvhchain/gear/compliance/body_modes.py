@@ -127,8 +127,8 @@ class _Lattice:
         return np.stack([r * np.cos(a), r * np.sin(a), z], axis=-1).reshape(-1, 3)
 
     def _numbers(self, level: IntArray, row: IntArray, column: IntArray) -> IntArray:
-        around = 2 * self.columns
-        return np.asarray((level * len(self.radius) + row) * around + column % around)
+        column_count = 2 * self.columns
+        return np.asarray((level * len(self.radius) + row) * column_count + column % column_count)
 
     def rim(self) -> IntArray:
         """Return the points (levels, columns) on the outer cylinder between bricks."""
@@ -146,14 +146,14 @@ class _Lattice:
 
     def bricks(self, body: GearBody) -> list[tuple[Material, IntArray]]:
         """Return the bricks (n, 20) of every material: the gear's, thinned by openings, and that of the teeth."""
-        web, share, of = body.blank.web, self._shares(body), body.material
+        web, share, material = body.blank.web, self._shares(body), body.material
         middle_r, middle_z = self.radius[1::2], self.level[1::2]
         factor = np.ones((len(middle_z), len(middle_r), self.columns))
-        within = np.ones((len(middle_z), len(middle_r)), dtype=bool)
+        solid = np.ones((len(middle_z), len(middle_r)), dtype=bool)
         if web is not None:
-            in_web = (middle_r > web.hub_radius) & (middle_r < web.rim_radius)
-            within = ~in_web | (np.abs(middle_z - web.offset) < 0.5 * web.thickness)[:, None]
-        factor *= within[:, :, None] * share
+            web_rows = (middle_r > web.hub_radius) & (middle_r < web.rim_radius)
+            solid = ~web_rows | (np.abs(middle_z - web.offset) < 0.5 * web.thickness)[:, None]
+        factor *= solid[:, :, None] * share
         offset = np.vstack([HEX_CORNERS, [(HEX_CORNERS[i] + HEX_CORNERS[j]) / 2 for i, j in HEX20_EDGES]]) + 1
         step = np.rint(offset).astype(np.int64)
         teeth = np.broadcast_to((middle_r > self.root)[None, :, None], factor.shape)
@@ -165,8 +165,8 @@ class _Lattice:
                     numbers = self._numbers(
                         2 * level[:, None] + step[:, 2], 2 * row[:, None] + step[:, 0], 2 * column[:, None] + step[:, 1]
                     )
-                    young = part * of.young * (TOOTH_STIFFNESS if tooth else 1.0)
-                    groups.append((Material(young, of.poisson, part * of.density), numbers))
+                    young = part * material.young * (TOOTH_STIFFNESS if tooth else 1.0)
+                    groups.append((Material(young, material.poisson, part * material.density), numbers))
         return groups
 
     def _shares(self, body: GearBody) -> FloatArray:
@@ -205,21 +205,21 @@ def _contains(x: FloatArray, y: FloatArray, edge_x: FloatArray, edge_y: FloatArr
     return inside.astype(float)
 
 
-def _rim_motion(shapes: FloatArray, of: BodyElements) -> FloatArray:
+def _rim_motion(shapes: FloatArray, elements: BodyElements) -> FloatArray:
     """Return the motion (columns, 3, n_mode) of the rim along r, φ and z, mean over the face width."""
-    motion = np.einsum("l,lcam->cam", of.weight, shapes.reshape(len(of.nodes), 3, -1)[of.rim])
-    angle = np.arctan2(of.nodes[of.rim[0], 1], of.nodes[of.rim[0], 0])
+    motion = np.einsum("l,lcam->cam", elements.weight, shapes.reshape(len(elements.nodes), 3, -1)[elements.rim])
+    angle = np.arctan2(elements.nodes[elements.rim[0], 1], elements.nodes[elements.rim[0], 0])
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     x, y, z = motion[:, 0], motion[:, 1], motion[:, 2]
     return np.stack([c * x + s * y, c * y - s * x, z], axis=1)
 
 
-def _waves(frequency: FloatArray, shapes: FloatArray, of: BodyElements) -> BodyModes:
+def _waves(frequency: FloatArray, shapes: FloatArray, elements: BodyElements) -> BodyModes:
     """Return the waves of all modes, from their mass-normalised shapes (3 n, n_mode)."""
-    nodes, rim = of.nodes, _rim_motion(shapes, of)
+    nodes, rim = elements.nodes, _rim_motion(shapes, elements)
     x, y, z = nodes.T
     zero, one = np.zeros(len(x)), np.ones(len(x))
-    carried = np.asarray(of.mass @ shapes).reshape(len(nodes), 3, -1)
+    carried = np.asarray(elements.mass @ shapes).reshape(len(nodes), 3, -1)
     u, v = shapes.reshape(len(nodes), 3, -1)[:, 0], shapes.reshape(len(nodes), 3, -1)[:, 1]
     turning = u.T @ carried[:, 1] - v.T @ carried[:, 0]
     rigid = {
@@ -227,22 +227,22 @@ def _waves(frequency: FloatArray, shapes: FloatArray, of: BodyElements) -> BodyM
         "about x": (zero, -z, y), "about y": (z, zero, -x), "about z": (-y, x, zero),
         "axial x": (zero, zero, y), "axial y": (zero, zero, -x),
     }  # fmt: skip
-    part = {name: np.einsum("na,nam->m", np.stack(of, axis=1), carried) for name, of in rigid.items()}
-    around = np.fft.rfft(rim, axis=0) / len(rim)
+    part = {name: np.einsum("na,nam->m", np.stack(motion, axis=1), carried) for name, motion in rigid.items()}
+    rim_harmonics = np.fft.rfft(rim, axis=0) / len(rim)
     found: list[tuple[float, int, float, ComplexArray]] = []
     first = 0
     while first < len(frequency):
         last = first + int(np.searchsorted(frequency[first:], frequency[first] * (1.0 + SAME), side="right"))
         modes, own = slice(first, last), -turning[first:last, first:last]
         for n in range(len(rim) // 3 + 1):
-            of_rim = around[n, :, modes].T * (sqrt(2.0) if n else 1.0)
-            of_hub = np.zeros((last - first, 3), dtype=complex)
+            rim_amplitude = rim_harmonics[n, :, modes].T * (sqrt(2.0) if n else 1.0)
+            hub_amplitude = np.zeros((last - first, 3), dtype=complex)
             if n == 0:
-                of_hub[:, 0], of_hub[:, 1] = part["z"][modes], part["about z"][modes]
+                hub_amplitude[:, 0], hub_amplitude[:, 1] = part["z"][modes], part["about z"][modes]
             if n == 1:
                 for k, name in enumerate(("{}", "about {}", "axial {}")):
-                    of_hub[:, k] = (part[name.format("x")] - 1j * part[name.format("y")])[modes] / sqrt(2.0)
-            left, size, right = np.linalg.svd(np.hstack([of_rim, of_hub]), full_matrices=False)
+                    hub_amplitude[:, k] = (part[name.format("x")] - 1j * part[name.format("y")])[modes] / sqrt(2.0)
+            left, size, right = np.linalg.svd(np.hstack([rim_amplitude, hub_amplitude]), full_matrices=False)
             for k in range(len(size)):
                 coriolis = float((left[:, k].conj() @ own @ left[:, k]).imag) if n else 0.0
                 found.append((float(frequency[modes].mean()), n, coriolis, size[k] * right[k]))

@@ -97,9 +97,9 @@ class FlankCompliance:
     def select_teeth(self, teeth: IntArray) -> FlankCompliance:
         """Return the part for contact of `teeth` (any integers) only; it is smaller to send to another process."""
         held = sorted({int(t) % self.sector for t in teeth})
-        at = [self.teeth_held.index(t) for t in held]
-        friction = None if self.friction is None else self.friction[at]
-        return replace(self, blocks=self.blocks[at], held=tuple(held), friction=friction)
+        indices = [self.teeth_held.index(t) for t in held]
+        friction = None if self.friction is None else self.friction[indices]
+        return replace(self, blocks=self.blocks[indices], held=tuple(held), friction=friction)
 
     def block(self, tooth: int, loaded: int) -> FloatArray:
         """Return the displacement of `tooth` under forces on tooth `loaded` (any integers).
@@ -137,10 +137,12 @@ def flank_compliance(
     """
     _check_reach(body, reach)
     if isinstance(body.blank, VolumeMesh):
-        radius, axial, blocks, along = imported_compliance(
+        radius, axial, blocks, friction_blocks = imported_compliance(
             body, body.blank, fidelity, reach=reach, friction=friction, progress=progress
         )
-        return FlankCompliance(radius, axial + body.offset, body.geometry.teeth, body.sector, blocks, friction=along)
+        return FlankCompliance(
+            radius, axial + body.offset, body.geometry.teeth, body.sector, blocks, friction=friction_blocks
+        )
     if not friction:
         return compliance_at_points(flank_flexibility(body, fidelity, reach=reach, progress=progress))
     tooth, share, flexibility = _solved(body, fidelity, reach, friction, progress)
@@ -149,8 +151,8 @@ def flank_compliance(
     axial = tooth.axial + body.offset
     found = FlankFlexibility(tooth.radius, axial, body.geometry.teeth, flexibility, normal, tooth.own)
     assert tooth.own_friction is not None
-    along = _friction(normal, sliding, flexibility, tooth.own_friction)
-    return replace(compliance_at_points(found), friction=along)
+    friction_blocks = _friction(normal, sliding, flexibility, tooth.own_friction)
+    return replace(compliance_at_points(found), friction=friction_blocks)
 
 
 def flank_flexibility(

@@ -47,8 +47,8 @@ class LocalBasis:
         """
         inside = np.clip(x, self.breaks[0], self.breaks[-1])
         interval = np.searchsorted(self.breaks[1:-1], inside, side="right")
-        along = inside - self.breaks[interval]
-        power = along[:, None] ** np.arange(self.powers.shape[1])
+        distance = inside - self.breaks[interval]
+        power = distance[:, None] ** np.arange(self.powers.shape[1])
         return interval, np.matmul(power[:, None, :], self.powers[interval])[:, 0]
 
 
@@ -138,8 +138,8 @@ class FlankSplines:
         for a in np.unique(tooth):
             for b in np.unique(tooth):
                 block = self.friction[self.place[a % len(self.place)], reach + b - a, side]
-                on, under = np.flatnonzero(tooth == a), np.flatnonzero(tooth == b)
-                total[np.ix_(on, under)] = spread[on] @ (spread[under] @ block.T).T
+                moved, loaded = np.flatnonzero(tooth == a), np.flatnonzero(tooth == b)
+                total[np.ix_(moved, loaded)] = spread[moved] @ (spread[loaded] @ block.T).T
         return total
 
 
@@ -147,15 +147,17 @@ def flank_splines(compliance: FlankCompliance) -> FlankSplines:
     """Interpolate `compliance` on its grid."""
     c = compliance
     n = len(c.radius) * len(c.axial)
-    (radius, over_r), (axial, over_z) = local_basis(c.radius), local_basis(c.axial)
+    (radius, radial_matrix), (axial, axial_matrix) = local_basis(c.radius), local_basis(c.axial)
 
     def coefficients_of(values: FloatArray) -> FloatArray:
         """Return the coefficients (m, n, n) of grid values (m, n, n)."""
         out = np.empty(values.shape)
         for i, value in enumerate(values):
             for _ in range(2):  # first one point, then, transposed, the other
-                value = (over_r @ value.reshape(len(over_r), -1)).reshape(len(over_r), len(over_z), n)
-                value = (over_z @ value).reshape(n, n).T
+                value = (radial_matrix @ value.reshape(len(radial_matrix), -1)).reshape(
+                    len(radial_matrix), len(axial_matrix), n
+                )
+                value = (axial_matrix @ value).reshape(n, n).T
             out[i] = value
         return out
 

@@ -64,17 +64,17 @@ def imported_compliance(
     with factorize(K[free][:, free]) as factor:
         for t in range(sector):
             for start in range(0, n, BLOCK):
-                at = np.arange(start, min(start + BLOCK, n))
-                moved = factor.solve(normal[t][free][:, at].toarray())
+                batch = np.arange(start, min(start + BLOCK, n))
+                moved = factor.solve(normal[t][free][:, batch].toarray())
                 for d in range(reach + 1):
-                    blocks[t, d, at] = (normal[t + d][free].T @ moved).T
+                    blocks[t, d, batch] = (normal[t + d][free].T @ moved).T
                 if rubbed is not None:
                     for d in range(-reach, reach + 1):
                         answer = (sliding[t + d][free].T @ moved).T
                         for flank in (0, 1):
-                            own = (at // (n // 2)) == flank
+                            own = (batch // (n // 2)) == flank
                             columns = slice(flank * (n // 2), (flank + 1) * (n // 2))
-                            rubbed[t, reach + d, flank, at[own] % (n // 2)] = answer[own, columns]
+                            rubbed[t, reach + d, flank, batch[own] % (n // 2)] = answer[own, columns]
             if progress is not None:
                 progress(t + 1, sector)
     for t in range(sector):
@@ -92,12 +92,12 @@ class _Loads:
     """Nodal forces of unit forces at the grid of any tooth's flanks."""
 
     def __init__(self, body: GearBody, mesh: VolumeMesh, radius: FloatArray, axial: FloatArray) -> None:
-        on_flank = np.isin(mesh.elements, mesh.flanks).sum(axis=1) >= _FACE_NODES[mesh.kind]
+        flank_elements = np.isin(mesh.elements, mesh.flanks).sum(axis=1) >= _FACE_NODES[mesh.kind]
         require(
-            bool(on_flank.any()),
+            bool(flank_elements.any()),
             "no element has a whole face among the nodes of the flanks: tag the nodes in the middle of edges too",
         )
-        self._elements = mesh.elements[on_flank]
+        self._elements = mesh.elements[flank_elements]
         self._search = ElementSearch(mesh.nodes, self._elements, mesh.kind)
         self._gear, self._size = body.geometry, 3 * len(mesh.nodes)
         self._side = np.repeat([1.0, -1.0], len(radius) * len(axial))
@@ -117,11 +117,11 @@ class _Loads:
             force = np.column_stack([c * radial - s * circumferential, s * radial + c * circumferential, axial])
             value = shape[:, :, None] * force[:, None]
             column = np.broadcast_to(np.arange(len(r))[:, None, None], value.shape)
-            at = 3 * nodes[:, :, None] + np.arange(3)
-            return sp.csr_matrix((value.ravel(), (at.ravel(), column.ravel())), shape=(self._size, len(r)))
+            row = 3 * nodes[:, :, None] + np.arange(3)
+            return sp.csr_matrix((value.ravel(), (row.ravel(), column.ravel())), shape=(self._size, len(r)))
 
-        into = np.cos(tilt)
-        normal = spread(-into * np.sin(alpha), -into * side * np.cos(alpha), side * np.sin(tilt))
+        inward = np.cos(tilt)
+        normal = spread(-inward * np.sin(alpha), -inward * side * np.cos(alpha), side * np.sin(tilt))
         return normal, spread(np.cos(alpha), -side * np.sin(alpha), np.zeros(len(r)))
 
 

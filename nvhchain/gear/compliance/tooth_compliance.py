@@ -150,8 +150,8 @@ def condensed_tooth(
     K = cylindrical_stiffness(solid, solid.elements, material)
     radius, axial = flank_grid((pitch, solid))
     loads = [
-        flank_loads(gear, (pitch, solid), radius, axial, profile_force=along)
-        for along in ((False, True) if friction else (False,))
+        flank_loads(gear, (pitch, solid), radius, axial, profile_force=profile_force)
+        for profile_force in ((False, True) if friction else (False,))
     ]
     load = np.hstack([forces[inner].toarray() for forces in loads])
     points, n = load.shape[1], loads[0].shape[1]

@@ -118,8 +118,8 @@ def contact_lines(
     position = middle[pairs] + slope * axial
     length = (upper - lower) / cos(pair.base_helix_angle)
 
-    on_path = np.clip(position, *pair.path)
-    radius = np.hypot(np.stack([on_path, pair.line_length - on_path]), pair.base_radius[:, None])
+    path_position = np.clip(position, *pair.path)
+    radius = np.hypot(np.stack([path_position, pair.line_length - path_position]), pair.base_radius[:, None])
     corner, enclosed = _touch_edges(pair, position, radius)
     tip_circles = np.array([[g.tip_form_radius] for g in pair.geometries])
     there = np.flatnonzero((radius <= tip_circles * (1 + 1e-9)).all(axis=0))  # edges past the other tip are dropped
@@ -183,12 +183,12 @@ def _touch_edges(pair: GearPair, position: FloatArray, radius: FloatArray) -> tu
     Shapes are (n,).  The contact radius on the mating flank is written into `radius` (2, n), m.
     """
     gap, angle = np.zeros(len(position)), np.zeros(len(position))
-    for edge, beyond in ((1, pair.path[0] - position), (0, position - pair.path[1])):
-        at = np.flatnonzero(beyond > 0)
-        arc, met, turned = edge_gap(beyond[at], *pair.edge(edge))
-        gap[at] = arc * cos(pair.base_helix_angle)
-        angle[at] = turned * cos(pair.base_helix_angle)
-        radius[1 - edge, at] = met
+    for edge, excess in ((1, pair.path[0] - position), (0, position - pair.path[1])):
+        corner_slices = np.flatnonzero(excess > 0)
+        arc, met, turned = edge_gap(excess[corner_slices], *pair.edge(edge))
+        gap[corner_slices] = arc * cos(pair.base_helix_angle)
+        angle[corner_slices] = turned * cos(pair.base_helix_angle)
+        radius[1 - edge, corner_slices] = met
     return gap, angle
 
 
@@ -209,8 +209,10 @@ def separation(pair: GearPair, lines: ContactLines) -> FloatArray:
     )
     gap = gap + lines.corner
     removed = np.zeros(len(gap))
-    for gear, radius, along in zip(pair.geometries, lines.radius, pair.face_positions(lines.axial), strict=True):
-        removed = removed + gear.removed(radius, along, drive=drive)
+    for gear, radius, face_position in zip(
+        pair.geometries, lines.radius, pair.face_positions(lines.axial), strict=True
+    ):
+        removed = removed + gear.removed(radius, face_position, drive=drive)
     if any((g.micro.drive if drive else g.micro.coast).bends_profile for g in pair.geometries):
         removed = np.minimum(removed, _least_removed(pair, lines, removed))
     return np.asarray(gap + removed)
@@ -237,11 +239,11 @@ def _least_removed(pair: GearPair, lines: ContactLines, removed: FloatArray) -> 
     for _ in range(ZOOMS):
         t = low + np.linspace(0.0, 1.0, POINTS)[:, None] * (high - low)
         parted = t**2 / (2 * lines.curvature) + angle * np.abs(t)
-        for gear, squared, own, along, sign in zip(
+        for gear, squared, own, face_position, sign in zip(
             pair.geometries, rolled, pair.base_radius, faces, (-1.0, 1.0), strict=True
         ):
             radius = np.sqrt(own**2 + squared + sign * 2 * own * t)
-            parted = parted + gear.removed(radius, along, drive=lines.flank == DRIVE)
+            parted = parted + gear.removed(radius, face_position, drive=lines.flank == DRIVE)
         best = parted.argmin(axis=0)
         low, high = (t[np.clip(best + step, 0, POINTS - 1), everywhere] for step in (-1, 1))
     return np.asarray(parted.min(axis=0))

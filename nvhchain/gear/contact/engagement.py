@@ -177,19 +177,19 @@ class Engagement:
         n = len(lines.length)
         total = np.zeros((n, n))
         weights = weights or self._weights(lines)
-        for tooth, radius, between, own in zip(lines.tooth, lines.radius, self._splines, weights, strict=True):
-            if isinstance(between, SliceCompliance):
-                between.add(total, radius, lines.length)
+        for tooth, radius, body_compliance, own in zip(lines.tooth, lines.radius, self._splines, weights, strict=True):
+            if isinstance(body_compliance, SliceCompliance):
+                body_compliance.add(total, radius, lines.length)
             else:
                 assert own is not None
-                between.add(total, lines.side, tooth, own)
+                body_compliance.add(total, lines.side, tooth, own)
         return total
 
     def _weights(self, lines: ContactLines) -> tuple[Weights | None, ...]:
         """Return the weights of every slice in the compliances of both gears; None for closed forms."""
         return tuple(
-            None if isinstance(of, SliceCompliance) else of.weights(radius, lines.axial)
-            for of, radius in zip(self._splines, lines.radius, strict=True)
+            None if isinstance(body_compliance, SliceCompliance) else body_compliance.weights(radius, lines.axial)
+            for body_compliance, radius in zip(self._splines, lines.radius, strict=True)
         )
 
     def _lines_and_phase(self, angle: float, flank: int) -> tuple[ContactLines, _Phase]:
@@ -212,10 +212,10 @@ class Engagement:
         """
         n = len(lines.length)
         total = np.zeros((n, n))
-        for tooth, radius, between in zip(lines.tooth, lines.radius, self._splines, strict=True):
-            if isinstance(between, SliceCompliance) or between.friction is None:
+        for tooth, radius, body_compliance in zip(lines.tooth, lines.radius, self._splines, strict=True):
+            if isinstance(body_compliance, SliceCompliance) or body_compliance.friction is None:
                 raise InputError("friction needs the compliance along the profile: flank_compliance(…, friction=True)")
-            total += between.friction_compliance(lines.side, tooth, radius, lines.axial)
+            total += body_compliance.friction_compliance(lines.side, tooth, radius, lines.axial)
         return total * (sliding_sense(self.pair, lines) * (1.0 if lines.flank == DRIVE else -1.0))
 
     def select_angles(self, angles: FloatArray) -> Engagement:
@@ -284,11 +284,11 @@ class Engagement:
         tolerance = self.fidelity.contact_residual
         forces = slice_forces(compliance, approach, lines.length, law, tolerance=tolerance)
         if friction:
-            along = friction * self.friction_compliance(lines)
+            friction_compliance = friction * self.friction_compliance(lines)
             for _ in range(FRICTION_ROUNDS):
-                before = along @ forces.T
+                before = friction_compliance @ forces.T
                 forces = slice_forces(compliance, approach - before.T, lines.length, law, tolerance=tolerance)
-                change = np.abs(along @ forces.T - before).max(initial=0.0)
+                change = np.abs(friction_compliance @ forces.T - before).max(initial=0.0)
                 if change <= tolerance * np.abs(approach).max(initial=0.0):
                     break
             else:
@@ -298,9 +298,9 @@ class Engagement:
                 )
         a = sum(half_space_compliance(body.material) for body in (self.pair.pinion, self.pair.wheel))
         width = strip_half_width(forces / lines.length, lines.curvature, lines.edges.angle, a)
-        beyond = width - lines.depth.min(axis=0)
-        if (beyond > 0).any():
-            worst = np.unravel_index(np.argmax(beyond), beyond.shape)
+        excess = width - lines.depth.min(axis=0)
+        if (excess > 0).any():
+            worst = np.unravel_index(np.argmax(excess), excess.shape)
             raise SolverError(
                 f"contact half width reaches {1e3 * width[worst]:.3g} mm where the tooth's centre line lies "
                 f"{1e3 * lines.depth.min(axis=0)[worst[1]]:.3g} mm deep: too much for the local law; lower the load (a "
@@ -347,11 +347,11 @@ def close_edges(engagement: Engagement, drive: float, back: float = 0.0) -> Enga
     for flank, approach in ((DRIVE, drive), (BACK, back)):
         if not 0 < gap < approach:
             continue
-        for lines, at_limit in _edges_at_limit(engagement, flank):
+        for lines, limit_slices in _edges_at_limit(engagement, flank):
             parted = separation(engagement.pair, lines)
             needed = max(needed, float((approach - parted + lines.corner).max(initial=0.0)))
-            if not closed and (approach > parted[at_limit]).any():
-                closed = bool(engagement.forces_on(lines, approach - parted[None])[0, at_limit].any())
+            if not closed and (approach > parted[limit_slices]).any():
+                closed = bool(engagement.forces_on(lines, approach - parted[None])[0, limit_slices].any())
     return _reaching(engagement, needed) if closed else engagement
 
 

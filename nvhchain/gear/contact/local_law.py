@@ -209,9 +209,9 @@ class LocalLaw:
         with np.errstate(divide="ignore"):
             steps = np.log(load / self.limit) / np.log(self.ratio)
         piece = np.clip(np.floor(steps) + count, 0, count).astype(int)
-        at = np.arange(len(load)), piece
+        index = np.arange(len(load)), piece
         log = np.log(np.maximum(load, 1e-300))
-        return np.asarray(self.offset[at] + load * (self.level[at] - self.half_slope[at] * log))
+        return np.asarray(self.offset[index] + load * (self.level[index] - self.half_slope[index] * log))
 
     def select(self, slices: IntArray) -> LocalLaw:
         """Return the law of some slices (n,)."""

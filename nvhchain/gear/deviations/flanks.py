@@ -98,8 +98,8 @@ class ToothFlanks:
         profile = np.clip((rolled - low) / (high - low), 0.0, 1.0)
         face = np.clip(axial / geometry.face_width + 0.5, 0.0, 1.0)
 
-        def wave(form: FloatArray, shape: tuple[float, float], along: FloatArray) -> FloatArray:
-            return np.asarray(0.5 * form[tooth] * np.cos(2.0 * np.pi * shape[0] * along + shape[1]))
+        def wave(form: FloatArray, shape: tuple[float, float], share: FloatArray) -> FloatArray:
+            return np.asarray(0.5 * form[tooth] * np.cos(2.0 * np.pi * shape[0] * share + shape[1]))
 
         transverse = (
             self.pitch[tooth] * np.cos(geometry.transverse_pressure_angle)

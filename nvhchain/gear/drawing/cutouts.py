@@ -89,7 +89,7 @@ class Cutouts:
             (low, -half, large),
         ]
         outward = [np.array(v) for v in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))]
-        along, normal = outward[(side + 1) % 4], outward[side]
+        tangent, normal = outward[(side + 1) % 4], outward[side]
         back = outward[(side - 1) % 4]
         start, end = np.array(corners[side][:2]), np.array(corners[(side + 1) % 4][:2])
         rho_start, rho_end = corners[side][2], corners[(side + 1) % 4][2]
@@ -99,9 +99,9 @@ class Cutouts:
         middle = np.clip(s - arc_start, 0.0, straight)
         before = np.clip(arc_start - s, 0.0, None) / max(rho_start, 1e-300)
         after = np.clip(s - arc_start - straight, 0.0, None) / max(rho_end, 1e-300)
-        point = start + along * rho_start + middle[:, None] * along
+        point = start + tangent * rho_start + middle[:, None] * tangent
         point = point + rho_start * (np.sin(before)[:, None] * back - (1 - np.cos(before))[:, None] * normal)
-        point = point + rho_end * (np.sin(after)[:, None] * along - (1 - np.cos(after))[:, None] * normal)
+        point = point + rho_end * (np.sin(after)[:, None] * tangent - (1 - np.cos(after))[:, None] * normal)
         return np.exp(point[:, 0]), point[:, 1]
 
 
@@ -156,8 +156,8 @@ class RoundCutouts:
         Sides are numbered as in `Cutouts.outline`.
         """
         turn = (side + np.asarray(fraction, float) - 0.5) * np.pi / 2
-        outwards, across = self.pitch_radius + self.radius * np.cos(turn), self.radius * np.sin(turn)
-        return np.hypot(outwards, across), np.arctan2(across, outwards)
+        outwards, sideways = self.pitch_radius + self.radius * np.cos(turn), self.radius * np.sin(turn)
+        return np.hypot(outwards, sideways), np.arctan2(sideways, outwards)
 
 
 def fits_web(web: Web, openings: Cutouts | RoundCutouts) -> bool:

@@ -348,9 +348,9 @@ class GearGeometry:
         roll = np.tan(alpha)
         depth = base * (roll - np.tan(alpha - psi)) * np.cos(tilt)
         for _ in range(4):  # Newton; the start is exact without helix and within tan²β_b of the solution
-            along = roll - depth * np.cos(tilt) / base
-            angle = psi - alpha + np.arctan(along) - depth * np.sin(tilt) * np.tan(tilt) / base
-            slope = -np.cos(tilt) / base / (1 + along**2) - np.sin(tilt) * np.tan(tilt) / base
+            reached_roll = roll - depth * np.cos(tilt) / base
+            angle = psi - alpha + np.arctan(reached_roll) - depth * np.sin(tilt) * np.tan(tilt) / base
+            slope = -np.cos(tilt) / base / (1 + reached_roll**2) - np.sin(tilt) * np.tan(tilt) / base
             depth = depth - angle / slope
         return depth
 

@@ -142,16 +142,16 @@ def _span_radius(gear: GearGeometry, length: float) -> float:
 def _span_misses(gear: GearGeometry, length: float, k: int) -> str:
     """Return the reason for which a span cannot be measured; empty if it can."""
     radius, low, high = _span_radius(gear, length), gear.form_radius, gear.tip_form_radius
-    across = length * abs(sin(gear.base_helix_angle))
+    axial_span = length * abs(sin(gear.base_helix_angle))
     if not low <= radius <= high:
         other = "more" if radius < low else "fewer"
         return (
             f"span_teeth = {k}: the planes touch at radius {mm_text(radius)}, outside the flank of {1e3 * low:.6g}…"
             f"{1e3 * high:.6g} mm: span {other} teeth"
         )
-    if across >= gear.face_width:
+    if axial_span >= gear.face_width:
         return (
-            f"span_teeth = {k}: the planes touch {mm_text(across)} apart along the axis, beyond face_width = "
+            f"span_teeth = {k}: the planes touch {mm_text(axial_span)} apart along the axis, beyond face_width = "
             f"{mm_text(gear.face_width)}: span fewer teeth, or measure over balls"
         )
     return ""

@@ -93,9 +93,9 @@ class Flank:
         """
         low, high = usable
         profile = (2 * rolled - low - high) / (high - low)
-        along = 2 * axial / face_width
-        total = self.profile_crowning * profile**2 + self.lead_crowning * along**2
-        total = total + 0.5 * abs(self.lead_slope) * (1 + np.sign(self.lead_slope) * along)
+        face = 2 * axial / face_width
+        total = self.profile_crowning * profile**2 + self.lead_crowning * face**2
+        total = total + 0.5 * abs(self.lead_slope) * (1 + np.sign(self.lead_slope) * face)
         if self.tip_relief is not None:
             total = total + self.tip_relief.removed(rolled - (high - self.tip_relief.length))
         if self.root_relief is not None:

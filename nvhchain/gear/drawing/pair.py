@@ -100,11 +100,11 @@ def edge_gap(
     # own centre at the origin, the other on the x axis; angle of the edge from the line of centres
     pressure, end = np.arccos((own_base + mating_base) / centre_distance), sqrt(edge**2 - own_base**2)
     turned = np.arctan2(end, own_base) - pressure + np.asarray(excess, float) / own_base
-    across, along = centre_distance - edge * np.cos(turned), edge * np.sin(turned)
-    radius = np.hypot(across, along)
+    x_distance, y_distance = centre_distance - edge * np.cos(turned), edge * np.sin(turned)
+    radius = np.hypot(x_distance, y_distance)
     rolled = np.sqrt(np.maximum(radius**2 - mating_base**2, 0.0))
     # mating involute through the edge: its crossing of the line of action, from that gear's tangent point
-    crossing = rolled + mating_base * (pressure - np.arctan2(along, across) - np.arctan2(rolled, mating_base))
+    crossing = rolled + mating_base * (pressure - np.arctan2(y_distance, x_distance) - np.arctan2(rolled, mating_base))
     # the normal of an involute turns from the line of action by rolled length over base radius
     angle = np.asarray(excess, float) / own_base + (rolled - crossing) / mating_base
     return crossing - (line_length - end - np.asarray(excess, float)), radius, angle

@@ -140,8 +140,8 @@ class ToothRoot:
             below = np.flatnonzero(self._arc(place)[0] < base)
             if len(below) and below[0] > 0:
                 ends = place[below[0] - 1], place[below[0]]
-                on_base = brentq(lambda u, base=base: float(self._arc(u)[0]) - base, *ends, xtol=1e-15)
-                place = np.insert(place, below[0], on_base)
+                base_place = brentq(lambda u, base=base: float(self._arc(u)[0]) - base, *ends, xtol=1e-15)
+                place = np.insert(place, below[0], base_place)
         deeper = np.flatnonzero(self._clearance(place) < -1e-12)
         if not len(deeper) or deeper[0] == 0:
             return 0.0
@@ -202,11 +202,11 @@ class ToothRoot:
             return self._cut(self._corner + self._rho * np.cos(turn), self._rho * (1 - np.sin(turn)), turn)
         knee = self._knee
         low, high = line
-        on_line = high + np.minimum(share / knee, 1.0) * (low - high)
+        line_radius = high + np.minimum(share / knee, 1.0) * (low - high)
         turn = first + np.maximum((share - knee) / (1 - knee), 0.0) * (pi / 2 - first)
-        on_arc = self._cut(self._corner + self._rho * np.cos(turn), self._rho * (1 - np.sin(turn)), turn)
+        arc = self._cut(self._corner + self._rho * np.cos(turn), self._rho * (1 - np.sin(turn)), turn)
         upper = share < knee
-        return np.where(upper, on_line, on_arc[0]), np.where(upper, self._second.angle(on_line), on_arc[1])
+        return np.where(upper, line_radius, arc[0]), np.where(upper, self._second.angle(line_radius), arc[1])
 
     @cached_property
     def _knee(self) -> float:
@@ -216,31 +216,31 @@ class ToothRoot:
         low, high = self._line or (0.0, 0.0)
         return (high - low) / (high - low + arc)
 
-    def _cut(self, across: FloatArray, up: FloatArray, turn: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _cut(self, offset: FloatArray, up: FloatArray, turn: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return radius (m) and angle (rad) that a point of the rack cuts.
 
-        across: from the middle of the rack tooth (normal modules).  up: from its tip (normal modules).  turn: angle of
+        offset: from the middle of the rack tooth (normal modules).  up: from its tip (normal modules).  turn: angle of
         its normal (rad).  The normal section is stretched by 1/cos β in the transverse one.
         """
         gear, module, slant = self._gear, self._module, self._slant
-        x = module * across / slant
+        x = module * offset / slant
         height = module * (gear.profile_shift - gear.dedendum + up)
         # normal (cos turn, −sin turn) in the normal section; its first component shrinks with cos β in the transverse
         shift = -height * slant * np.cos(turn) / np.sin(turn) - x
         x, y = x + shift, gear.pitch_radius + height
-        from_space = np.arctan2(x, y) - shift / gear.pitch_radius
-        return np.hypot(x, y), np.pi / gear.teeth - from_space
+        space_angle = np.arctan2(x, y) - shift / gear.pitch_radius
+        return np.hypot(x, y), np.pi / gear.teeth - space_angle
 
     def check_neck(self) -> None:
         """Refuse (InputError) teeth that an undercut leaves too thin."""
         radius, angle = self.fillet(np.linspace(0.0, 1.0, 200))
         thickness = 2 * radius * np.sin(angle)
-        at, least = int(thickness.argmin()), _LEAST_NECK * self._module
+        neck, least = int(thickness.argmin()), _LEAST_NECK * self._module
         require(
-            thickness[at] >= least,
+            thickness[neck] >= least,
             f"{self._gear.teeth} teeth with profile_shift = {self._gear.profile_shift:.6g}: undercut leaves "
-            f"{1e3 * thickness[at]:.4g} mm of tooth at radius {1e3 * radius[at]:.5g} mm, of {1e3 * least:.4g} mm at "
-            f"least: raise profile_shift by about {max(self._gear.undercut, 0.1):.2g}",
+            f"{1e3 * thickness[neck]:.4g} mm of tooth at radius {1e3 * radius[neck]:.5g} mm, of {1e3 * least:.4g} mm "
+            f"at least: raise profile_shift by about {max(self._gear.undercut, 0.1):.2g}",
         )
 
 

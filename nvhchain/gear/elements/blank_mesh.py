@@ -85,8 +85,8 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
     InputError if an opening, or the spoke between two, is narrower than an element.
     """
     gear, web, cut = body.geometry, body.blank.web, _openings(body)
-    per_tooth = 2 * fidelity.transverse_refinement
-    columns, step = per_tooth * gear.teeth, gear.pitch_angle / per_tooth
+    tooth_columns = 2 * fidelity.transverse_refinement
+    columns, step = tooth_columns * gear.teeth, gear.pitch_angle / tooth_columns
     lines: FloatArray = np.arange(columns, dtype=np.float64) * step - 0.5 * gear.pitch_angle
     height, fine = _heights(body, top_radius, fidelity)
     radii = _rows(body, top_radius, height, fine)
@@ -125,20 +125,20 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
     plane = quadratic_mesh(radius[used], angle[used], number.reshape(quads.shape), tuple(curves))
 
     rim = 0 if body.sector == 1 else whole
-    turned, following = (new[np.roll(grid, -per_tooth * teeth, axis=1)].ravel()[used] for teeth in (body.sector, 1))
+    turned, following = (new[np.roll(grid, -tooth_columns * teeth, axis=1)].ravel()[used] for teeth in (body.sector, 1))
     following[used // columns < rim] = -1
-    under = per_tooth * np.arange(gear.teeth)[:, None] + np.arange(per_tooth + 1)
+    pitch_columns = tooth_columns * np.arange(gear.teeth)[:, None] + np.arange(tooth_columns + 1)
     web_row = np.zeros(rows, dtype=bool)
     if web is not None:
         web_row[_row(radii, web.hub_radius) : _row(radii, web.rim_radius)] = True
     row, column = np.nonzero(cell)
     return BlankMesh(
         plane=plane,
-        top=np.stack([plane.chain(new[line]) for line in grid[-1, under % columns]]),
+        top=np.stack([plane.chain(new[line]) for line in grid[-1, pitch_columns % columns]]),
         bore=np.append(new[grid[0]], plane.edge_nodes(new[grid[0]], new[after[0]])),
         web_elements=web_row[row],
-        sector_elements=column < per_tooth * body.sector,
-        tooth_elements=column < per_tooth,
+        sector_elements=column < tooth_columns * body.sector,
+        tooth_elements=column < tooth_columns,
         rim_elements=row >= rim,
         rotated_nodes=_add_edges(plane, turned),
         next_nodes=_add_edges(plane, following),
@@ -246,12 +246,12 @@ def _ring(
         f"({np.degrees(step):.3g}°): widen it or raise transverse_refinement",
     )
     inner, outer = _row(radii, cut.inner_radius), _row(radii, cut.outer_radius)
-    across, tall = np.arange(low, high + 1), np.arange(inner, outer + 1)
-    cell[inner:outer, across[:-1] % len(lines)] = False
+    columns, tall = np.arange(low, high + 1), np.arange(inner, outer + 1)
+    cell[inner:outer, columns[:-1] % len(lines)] = False
     sides = (
-        (np.full(len(across), outer), across),
+        (np.full(len(columns), outer), columns),
         (tall[::-1], np.full(len(tall), high)),
-        (np.full(len(across), inner), across[::-1]),
+        (np.full(len(columns), inner), columns[::-1]),
         (tall, np.full(len(tall), low)),
     )
     ring, radius, angle = [], [], []

@@ -72,9 +72,9 @@ def gear_mesh(body: GearBody, fidelity: GearFidelity) -> GearMesh:
     """Mesh `body`; a fidelity too coarse for the blank is an InputError."""
     rim, (pitch, pitch_solid) = innermost_solid(body), tooth_mesh(body, fidelity)
     blank = blank_mesh(body, pitch.inner_radius, fidelity)
-    stations, in_web = _stations(body, fidelity)
-    present = np.ones((len(in_web), len(blank.plane.quads)), dtype=bool)
-    present[:, blank.web_elements] = in_web[:, None]
+    stations, web_layers = _stations(body, fidelity)
+    present = np.ones((len(web_layers), len(blank.plane.quads)), dtype=bool)
+    present[:, blank.web_elements] = web_layers[:, None]
 
     def bricks(quads: BoolArray) -> BoolArray:
         return np.asarray(np.broadcast_to(quads, present.shape)[present])
@@ -94,8 +94,8 @@ def tooth_mesh(body: GearBody, fidelity: GearFidelity) -> tuple[PitchMesh, Solid
     """Mesh one pitch of teeth alone; return its transverse and its solid mesh."""
     rim = innermost_solid(body)
     pitch = pitch_mesh(body.geometry, rim, fidelity)
-    stations, in_web = _stations(body, fidelity)
-    present = np.ones((len(in_web), len(pitch.plane.quads)), dtype=bool)
+    stations, web_layers = _stations(body, fidelity)
+    present = np.ones((len(web_layers), len(pitch.plane.quads)), dtype=bool)
     return pitch, _swept(body, pitch.plane, rim, pitch.inner_radius, stations, present)
 
 

@@ -60,8 +60,8 @@ class Grading:
         grown = even + np.log(self.largest / self.size) / self.growth  # number of elements up to the largest
         growing = np.clip(number - even, 0.0, grown - even)
         away = np.minimum(number * self.size, self.zone) + np.expm1(self.growth * growing) * self.size / self.growth
-        beyond = np.maximum(number - grown, 0.0)
-        part = np.multiply(beyond, self.largest, where=beyond > 0, out=np.zeros_like(beyond))  # 0 · ∞ counts as 0
+        excess = np.maximum(number - grown, 0.0)
+        part = np.multiply(excess, self.largest, where=excess > 0, out=np.zeros_like(excess))  # 0 · ∞ counts as 0
         return self.centre + np.sign(count) * (away + part)
 
 

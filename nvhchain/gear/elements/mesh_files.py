@@ -89,7 +89,9 @@ def write_gear_mesh(path: str | Path, mesh: VolumeMesh) -> None:
         write_inp(path, contents)
         return
     everywhere = np.arange(len(mesh.nodes))
-    write_vtu(path, contents, points={tag: np.isin(everywhere, at).astype(np.int32) for tag, at in tagged.items()})
+    write_vtu(
+        path, contents, points={tag: np.isin(everywhere, nodes).astype(np.int32) for tag, nodes in tagged.items()}
+    )
 
 
 def _mirrored(points: FloatArray, elements: IntArray, kind: str) -> bool:
@@ -101,7 +103,7 @@ def _mirrored(points: FloatArray, elements: IntArray, kind: str) -> bool:
 
 def _tagged(mesh: MeshFile, tag: str, path: str) -> IntArray:
     """Return the nodes tagged `tag`."""
-    points, cells = ({name.lower(): at for name, at in found.items()} for found in (mesh.tagged, mesh.groups))
+    points, cells = ({name.lower(): nodes for name, nodes in found.items()} for found in (mesh.tagged, mesh.groups))
     name = tag.lower()
     if name in points:
         return np.unique(points[name])

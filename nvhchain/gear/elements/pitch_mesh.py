@@ -76,8 +76,8 @@ def quadratic_mesh(radius: FloatArray, angle: FloatArray, quads: IntArray, curve
     edge_radius, edge_angle = radius[edges].mean(axis=1), angle[edges[:, 0]] + 0.5 * turn
     for curve in curves:
         a, b = curve.corners[:-1], curve.corners[1:]
-        at = np.searchsorted(key, np.minimum(a, b) * n + np.maximum(a, b))
-        edge_radius[at], edge_angle[at] = curve.radius, curve.angle
+        curve_edges = np.searchsorted(key, np.minimum(a, b) * n + np.maximum(a, b))
+        edge_radius[curve_edges], edge_angle[curve_edges] = curve.radius, curve.angle
     return PlaneMesh(
         radius=np.concatenate([radius, edge_radius]),
         angle=np.concatenate([angle, edge_angle]),
@@ -149,12 +149,12 @@ class _Corners:
 def pitch_mesh(gear: GearGeometry, innermost: float, fidelity: GearFidelity) -> PitchMesh:
     """Mesh one pitch down to a circle between the root circle and `innermost` (m), where the solid rim ends."""
     k, tau = fidelity.transverse_refinement, gear.pitch_angle
-    across, gap = 4 * k, 2 * k
+    tooth_columns, gap = 4 * k, 2 * k
     corners = _Corners()
 
     radius, half = _profile(gear, k, fidelity.profile_elements)
     flank = slice(k, k + fidelity.profile_elements + 1)  # rows from form to tip form circle; a chamfer adds one
-    share = np.linspace(-1.0, 1.0, across + 1)
+    share = np.linspace(-1.0, 1.0, tooth_columns + 1)
     tooth = corners.add(radius[::2, None], half[::2, None] * share)
 
     space_radius, space_angle = _space(gear, gap)  # from mid-space to the tooth's lowest row
@@ -185,7 +185,7 @@ def pitch_mesh(gear: GearGeometry, innermost: float, fidelity: GearFidelity) -> 
         """Return the nodes of one side, edge nodes included."""
         return plane.chain(np.concatenate([block[:, column], first[[column]], second[[column]]]))
 
-    centre = np.concatenate([tooth[::-1, across // 2], block[1:, columns // 2], first_middle, second_middle])
+    centre = np.concatenate([tooth[::-1, tooth_columns // 2], block[1:, columns // 2], first_middle, second_middle])
     return PitchMesh(
         plane=plane,
         flanks=np.stack([plane.chain(tooth[flank, -1]), plane.chain(tooth[flank, 0])]),
@@ -210,8 +210,8 @@ def _space(gear: GearGeometry, elements: int) -> tuple[FloatArray, FloatArray]:
     radius, angle = gear.fillet(np.linspace(1.0, _SPLIT, 200))
     radius, angle = np.append(gear.root_radius, radius), np.append(gear.pitch_angle / 2, angle)
     length = np.append(0.0, np.cumsum(np.hypot(np.diff(radius), gear.root_radius * np.diff(angle))))
-    at = np.linspace(0.0, length[-1], 2 * elements + 1)
-    return np.interp(at, length, radius), np.interp(at, length, angle)
+    even_length = np.linspace(0.0, length[-1], 2 * elements + 1)
+    return np.interp(even_length, length, radius), np.interp(even_length, length, angle)
 
 
 def _transition(

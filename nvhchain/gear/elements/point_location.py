@@ -50,13 +50,13 @@ class ElementSearch:
         candidates = self._tree.query(points, k=range(1, min(_CANDIDATES, self._tree.n) + 1))[1]
         best, place, element = np.full(len(points), np.inf), np.zeros((len(points), 3)), np.zeros(len(points), np.int64)
         for column in candidates.T:
-            at = np.flatnonzero(best > _FACE_TOLERANCE)  # points not yet located
-            if not len(at):
+            unlocated = np.flatnonzero(best > _FACE_TOLERANCE)  # points not yet located
+            if not len(unlocated):
                 break
-            xi = self._place(points[at], column[at])
+            xi = self._place(points[unlocated], column[unlocated])
             outside = self._excess(xi)
-            better = outside < best[at]
-            kept = at[better]
+            better = outside < best[unlocated]
+            kept = unlocated[better]
             best[kept], place[kept], element[kept] = outside[better], xi[better], column[kept]
         worst = int(np.argmax(best))
         if best[worst] > _SURFACE_TOLERANCE:

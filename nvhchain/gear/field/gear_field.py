@@ -75,10 +75,10 @@ def gear_field(
     mesh = gear_mesh(body, fidelity)
     loads = slice_loads(pair, gear, (mesh.pitch, mesh.pitch_solid), loaded, friction)
     number = lines.tooth[gear] % body.geometry.teeth
-    by_tooth = {int(t): np.asarray(loads[:, number == t].sum(axis=1)).ravel() for t in np.unique(number)}
+    tooth_forces = {int(t): np.asarray(loads[:, number == t].sum(axis=1)).ravel() for t in np.unique(number)}
     whole, label = joined_mesh(body, mesh)
     displacement = np.empty((len(whole.nodes), 3))
-    displacement[label] = _displacement(body, mesh, by_tooth)
+    displacement[label] = _displacement(body, mesh, tooth_forces)
     stress = nodal_stress(whole.nodes, whole.elements, whole.kind, body.material, displacement)
     point, force = _points(mesh.pitch_solid, loads.toarray(), number * body.geometry.pitch_angle)
     held = fidelity.bodies == "elements"
@@ -125,11 +125,11 @@ def _displacement(body: GearBody, mesh: GearMesh, forces: Mapping[int, FloatArra
     for t, nodal in forces.items():
         columns[:, t] = nodal
     with factorize(K[inner][:, inner]) as factor:
-        at_rest = factor.solve(columns[inner])
-        passed = columns[shared] - K_io @ at_rest
-        blank, of_shared = _solved(body, mesh, tooth, {t: passed[:, [t]] for t in forces})
-        columns[inner] = factor.solve(columns[inner] - K_io.T @ of_shared)
-    columns[shared] = of_shared
+        held_displacement = factor.solve(columns[inner])
+        passed = columns[shared] - K_io @ held_displacement
+        blank, shared_displacement = _solved(body, mesh, tooth, {t: passed[:, [t]] for t in forces})
+        columns[inner] = factor.solve(columns[inner] - K_io.T @ shared_displacement)
+    columns[shared] = shared_displacement
     turned = [_cartesian(blank, mesh.blank_solid.angle)]
     turned += [_cartesian(columns[:, t], solid.angle + t * body.geometry.pitch_angle) for t in range(teeth)]
     return np.concatenate(turned)

@@ -66,18 +66,20 @@ def _summed(pairs: ToothPairs, side: DeviatedPairs, approach: FloatArray) -> Flo
 
     total = np.zeros((len(side.start), len(pairs.angle), len(approach)))
     coupling, count = np.array(pairs.coupling[side.flank]), np.array(pairs.count[side.flank])
-    force, start, tilt, at = (np.array(part, order="C") for part in (side.force, side.start, side.tilt, approach))
-    mesh_forces(force, coupling, count, float(pairs.approach[1]), start, tilt, at, _TOLERANCE, total)
+    force, start, tilt, approaches = (
+        np.array(part, order="C") for part in (side.force, side.start, side.tilt, approach)
+    )
+    mesh_forces(force, coupling, count, float(pairs.approach[1]), start, tilt, approaches, _TOLERANCE, total)
     return total
 
 
 def _drawn_forces(pair: GearPair, law: MeshLaw, flank: int, approach: FloatArray) -> FloatArray:
     """Return the forces (n_angle, n_approach) in N, > 0, that one flank as drawn carries; end slopes continue."""
     drive = flank == DRIVE
-    at = approach if drive else -(approach + pair.backlash)
-    inside = np.clip(at, law.deflection[0], law.deflection[-1])
+    deflection = approach if drive else -(approach + pair.backlash)
+    inside = np.clip(deflection, law.deflection[0], law.deflection[-1])
     curve = PchipInterpolator(law.deflection, law.force, axis=1)
-    force = curve(inside) + curve(inside, 1) * (at - inside)
+    force = curve(inside) + curve(inside, 1) * (deflection - inside)
     return np.maximum(force if drive else -force, 0.0)
 
 

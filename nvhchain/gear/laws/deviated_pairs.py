@@ -66,10 +66,10 @@ def deviated_pairs(
     else:
         shape = np.where(there, mean[..., None], 0.0)
         first = first + mean
-    along = np.where(there, pairs.axial[flank] - (weight * pairs.axial[flank]).sum(axis=-1, keepdims=True), 0.0)
-    along = along / np.maximum(np.abs(along).max(axis=-1, keepdims=True), 1e-12)
-    bent = (weight * along**2).sum(axis=-1)
-    slope = weight * along / np.where(bent > 0, bent, 1.0)[..., None]
+    lever = np.where(there, pairs.axial[flank] - (weight * pairs.axial[flank]).sum(axis=-1, keepdims=True), 0.0)
+    lever = lever / np.maximum(np.abs(lever).max(axis=-1, keepdims=True), 1e-12)
+    bent = (weight * lever**2).sum(axis=-1)
+    slope = weight * lever / np.where(bent > 0, bent, 1.0)[..., None]
     own, tilt = (
         np.concatenate([np.einsum("mapi,api->map", part - shape, pattern) for part in gaps()])
         for pattern in (weight, slope)
@@ -77,7 +77,7 @@ def deviated_pairs(
     steepest = float(np.abs(tilt).max(initial=0.0))
     if steepest <= _EVEN:
         return DeviatedPairs(flank, first + own, np.zeros_like(tilt), force[None], weight[None])
-    tilted = pairs.gap[flank] + shape + steepest * np.multiply.outer(TILTS, along)
+    tilted = pairs.gap[flank] + shape + steepest * np.multiply.outer(TILTS, lever)
     begin = np.where(there, tilted, np.inf).min(axis=(0, -1))
     begin = np.where(there.any(axis=-1), begin, 0.0)
     _, force, weight = solved_alone(pair, pairs, flank, tilted, begin)
@@ -95,12 +95,12 @@ def slice_gaps(
     there = pairs.length[flank] > 0
     shape = there.shape
     order = np.broadcast_to(pairs.order[flank][..., None], shape)[there]
-    on_back = np.array([[0], [1 if flank == BACK else 0]])
+    tooth_shift = np.array([[0], [1 if flank == BACK else 0]])
     gap = np.zeros((len(later), *shape))
     gap[:, there] = deviations.removed(
         pair,
         flank,
-        order + on_back,
+        order + tooth_shift,
         pairs.radius[:, flank][:, there],
         pairs.axial[flank][there],
         np.broadcast_to(pairs.angle[:, None, None], shape)[there],

@@ -146,9 +146,9 @@ def mean_sliding(pair: GearPair, position: FloatArray, length: FloatArray) -> tu
 
     A slice crossed by the pitch point counts on both sides.
     """
-    along = position - pair.pitch_point
+    distance = position - pair.pitch_point
     half = np.maximum(0.5 * length * abs(sin(pair.base_helix_angle)), 1e-12)
-    crossing = np.abs(along) < half
-    sense = np.where(crossing, along / half, np.sign(along))
-    beyond = np.where(crossing, (along**2 + half**2) / (2.0 * half), np.abs(along))  # mean of |s − s_C|
-    return sense, pair.pitch_point * sense + beyond
+    crossing = np.abs(distance) < half
+    sense = np.where(crossing, distance / half, np.sign(distance))
+    mean_distance = np.where(crossing, (distance**2 + half**2) / (2.0 * half), np.abs(distance))  # mean of |s − s_C|
+    return sense, pair.pitch_point * sense + mean_distance

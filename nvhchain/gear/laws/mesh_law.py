@@ -191,22 +191,22 @@ def deflection_grid(engagement: Engagement, nominal_force: float, angle: FloatAr
     """
     fidelity = engagement.fidelity
     phases = min(fidelity.angles_per_mesh, len(angle))
-    by_mesh = angle.reshape(-1, phases)
-    probes = by_mesh[np.arange(phases) * len(by_mesh) // phases, np.arange(phases)]
+    mesh_angles = angle.reshape(-1, phases)
+    probes = mesh_angles[np.arange(phases) * len(mesh_angles) // phases, np.arange(phases)]
     guess, carried = 1e-9 * nominal_force, []
-    for at in probes:
-        guess = loaded_mesh(engagement, at, fidelity.drive_reach * nominal_force, guess=guess).deflection
+    for probe in probes:
+        guess = loaded_mesh(engagement, probe, fidelity.drive_reach * nominal_force, guess=guess).deflection
         carried.append(guess)
-    same_phase = by_mesh[:, int(np.argmax(carried))]
-    for at in same_phase:
-        guess = loaded_mesh(engagement, at, fidelity.drive_reach * nominal_force, guess=guess).deflection
+    same_phase = mesh_angles[:, int(np.argmax(carried))]
+    for probe in same_phase:
+        guess = loaded_mesh(engagement, probe, fidelity.drive_reach * nominal_force, guess=guess).deflection
         carried.append(guess)
     probes, softest = np.concatenate([probes, same_phase]), max(carried)
-    first, behind = (min(engagement.first_contact(at, flank) for at in probes) for flank in (DRIVE, BACK))
-    behind = -max(engagement.pair.backlash, 0.0) - behind
+    first, back_contact = (min(engagement.first_contact(probe, flank) for probe in probes) for flank in (DRIVE, BACK))
+    back_contact = -max(engagement.pair.backlash, 0.0) - back_contact
     require(
-        first - behind > -1e-9,
-        f"misalignment closes the backlash by {1e6 * (behind - first):.1f} µm too much, the flanks jam: increase "
+        first - back_contact > -1e-9,
+        f"misalignment closes the backlash by {1e6 * (back_contact - first):.1f} µm too much, the flanks jam: increase "
         "centre_distance or thickness_allowance",
     )
     total = fidelity.deflections
@@ -217,13 +217,13 @@ def deflection_grid(engagement: Engagement, nominal_force: float, angle: FloatAr
     def grading(n: int, reach: float) -> FloatArray:
         return reach * (np.arange(1, n + 1) / n) ** 1.5
 
-    backwards = behind - grading(back, _reach_behind(engagement, nominal_force, probes, behind, reach))
-    gap = [behind] if first - behind > 1e-9 else []
+    backwards = back_contact - grading(back, _reach_behind(engagement, nominal_force, probes, back_contact, reach))
+    gap = [back_contact] if first - back_contact > 1e-9 else []
     return np.concatenate([backwards[::-1], gap, [first], first + grading(drive, reach)])
 
 
 def _reach_behind(
-    engagement: Engagement, nominal_force: float, probes: FloatArray, behind: float, reach: float
+    engagement: Engagement, nominal_force: float, probes: FloatArray, back_contact: float, reach: float
 ) -> float:
     """Return the reach of deflections on the back flank (m), in proportion to that of the drive flank (m).
 
@@ -233,7 +233,7 @@ def _reach_behind(
     length = reach * fidelity.back_reach / fidelity.drive_reach
     wanted = _CARRIED * nominal_force
     for _ in range(_EXTENSIONS):
-        carried = min(-float(engagement.mesh_force(at, np.array([behind - length]))[0]) for at in probes)
+        carried = min(-float(engagement.mesh_force(probe, np.array([back_contact - length]))[0]) for probe in probes)
         if carried >= wanted:
             break
         wanted, length = fidelity.back_reach * nominal_force, 1.25 * length

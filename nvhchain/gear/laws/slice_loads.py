@@ -25,13 +25,13 @@ def slice_loads(
     """
     lines, geometry = contact.lines, (pair.pinion, pair.wheel)[gear].geometry
     # friction pushes both flanks towards their tips where the pinion's flank slides ahead of the wheel's
-    along = friction * sliding_sense(pair, lines) * (1.0 if lines.flank == DRIVE else -1.0)
+    signed_friction = friction * sliding_sense(pair, lines) * (1.0 if lines.flank == DRIVE else -1.0)
     flank = np.full(len(contact.force), lines.side)
     axial = pair.face_positions(lines.axial)[gear]
     normal, slid = (
         point_forces(geometry, tooth, flank, lines.radius[gear], axial, profile_force=a) for a in (False, True)
     )
-    return sp.csr_matrix(normal @ sp.diags(contact.force) + slid @ sp.diags(along * contact.force))
+    return sp.csr_matrix(normal @ sp.diags(contact.force) + slid @ sp.diags(signed_friction * contact.force))
 
 
 def nodal_forces(

@@ -65,7 +65,7 @@ def tooth_pairs(
     for name in ("radius", "depth", "edge"):
         fields[name] = np.stack([fields.pop(f"{gear}_{name}") for gear in ("pinion", "wheel")])
     fields["order"] = fields["order"].astype(np.int64)
-    of_pairs = (*shape, most)
+    pair_shape = (*shape, most)
     raw = ToothPairs(
         angle=law.angle,
         period=law.period,
@@ -73,14 +73,14 @@ def tooth_pairs(
         approach=approach,
         count=np.array([len(one["order"]) for one in found]).reshape(2, -1),
         held=np.array([not isinstance(c, SliceCompliance) for c in engagement.compliances], np.int64),
-        first_contact=np.zeros(of_pairs),
-        force=np.zeros((*of_pairs, TABULATED)),
-        coupling=np.zeros((*of_pairs, most)),
+        first_contact=np.zeros(pair_shape),
+        force=np.zeros((*pair_shape, TABULATED)),
+        coupling=np.zeros((*pair_shape, most)),
         **fields,
     )
     solved = [solved_alone(pair, raw, flank, raw.gap[flank][None]) for flank in (DRIVE, BACK)]
     first, force, weight = (np.concatenate(parts) for parts in zip(*solved, strict=True))
-    coupling = np.zeros((*of_pairs, most))
+    coupling = np.zeros((*pair_shape, most))
     for number, one in enumerate(found):
         place = divmod(number, len(law.angle))
         pattern = np.zeros((most, one["coupled"].shape[0]))
@@ -167,18 +167,18 @@ def solved_alone(
     steps = pairs.approach[-1] * (np.arange(SOLVED + 1) / SOLVED) ** 1.5
     first, weight = np.zeros(gap.shape[:3]), np.zeros(gap.shape)
     total = np.zeros((*gap.shape[:3], len(steps)))
-    for at in zip(*np.nonzero(there.any(axis=-1)), strict=True):
-        n, here = int(there[at].sum()), (slice(None), *at)
-        own, bent = gap[here][:, :n], pairs.weight[flank][at][:n]
+    for index in zip(*np.nonzero(there.any(axis=-1)), strict=True):
+        n, here = int(there[index].sum()), (slice(None), *index)
+        own, bent = gap[here][:, :n], pairs.weight[flank][index][:n]
         first[here] = own.min(axis=1)
         mean = own @ bent / bent.sum() if bent.sum() > 0 else first[here]
-        start = first[here] if begin is None else np.full(len(own), begin[at])
+        start = first[here] if begin is None else np.full(len(own), begin[index])
         levels = np.column_stack([start[:, None] + steps, mean + pairs.loaded])
         forces = slice_forces(
-            np.array(pairs.compliance[flank][at][:n, :n]),
+            np.array(pairs.compliance[flank][index][:n, :n]),
             (levels[:, :, None] - own[:, None]).reshape(-1, n),
-            length[at][:n],
-            law.select(number[at][:n]),
+            length[index][:n],
+            law.select(number[index][:n]),
             tolerance=RESIDUAL,
         ).reshape(*levels.shape, n)
         sums = forces.sum(axis=2)

@@ -149,7 +149,7 @@ def loaded_mesh(
         total = forces @ (arms[0] / unit)
         tangent = (total[1] - total[0]) / (probe[1] - probe[0])
         if abs(total[0] - force) <= tolerance * force:
-            normal, (into, out) = forces.sum(axis=1), (arms @ forces[0]).tolist()
+            normal, (pinion_torque, wheel_torque) = forces.sum(axis=1), (arms @ forces[0]).tolist()
             stiffness = (normal[1] - normal[0]) / (probe[1] - probe[0])
             materials = (engagement.pair.pinion.material, engagement.pair.wheel.material)
             q = forces[0] / lines.length
@@ -162,7 +162,7 @@ def loaded_mesh(
                 pressure,
                 stiffness,
                 normal[0] / probe[0],
-                (into, out),
+                (pinion_torque, wheel_torque),
                 engagement.residual(lines, float(probe[0]), forces[0], friction=bending),
             )
         pressed = max(pressed + (force - total[0]) / tangent, pressed / 10)
@@ -200,8 +200,8 @@ def loaded_transmission_error(
 
 def body_period_angles(pair: GearPair, fidelity: GearFidelity) -> FloatArray:
     """Return the wheel angles (rad) over one body period, `angles_per_mesh` to a mesh period."""
-    per_mesh = fidelity.angles_per_mesh
-    return np.arange(float(pair.meshes_per_body_period * per_mesh)) * (pair.mesh_period / per_mesh)
+    angles_per_mesh = fidelity.angles_per_mesh
+    return np.arange(float(pair.meshes_per_body_period * angles_per_mesh)) * (pair.mesh_period / angles_per_mesh)
 
 
 def angle_blocks(angle: FloatArray) -> list[FloatArray]:

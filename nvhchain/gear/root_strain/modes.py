@@ -104,10 +104,10 @@ def root_strain_modes(
             for d in range(count):
                 modes[i, d] = moved[held.unknowns[(t + d) % count]].T @ passed
             modes[i, 0] += own
-    (over_radius, r), (over_axial, z) = local_basis(radius), local_basis(axial + body.offset)
+    (radial_basis, r), (axial_basis, z) = local_basis(radius), local_basis(axial + body.offset)
     shape = (len(teeth), count, len(places), 6, 2, len(radius), len(axial))
     coefficients = np.einsum("ij,...jl,kl->...ik", r, modes.reshape(shape), z, optimize=True)
-    return RootStrainModes(gear, tuple(teeth), over_radius, over_axial, coefficients.reshape(*shape[:5], -1))
+    return RootStrainModes(gear, tuple(teeth), radial_basis, axial_basis, coefficients.reshape(*shape[:5], -1))
 
 
 @checked
@@ -193,11 +193,11 @@ def _probed(mesh: GearMesh, tooth: CondensedTooth, material: Material, submodel:
     shared = unknowns(np.concatenate([tooth.left, tooth.right, tooth.bottom]))
     inner = np.setdiff1d(np.arange(K.shape[0]), shared)
     loaded = unknowns(np.unique(solid.stacked(flanks.ravel())))
-    at = np.searchsorted(inner, loaded)
-    if not np.array_equal(inner[np.minimum(at, len(inner) - 1)], loaded):
+    loaded_rows = np.searchsorted(inner, loaded)
+    if not np.array_equal(inner[np.minimum(loaded_rows, len(inner) - 1)], loaded):
         raise InputError("the flanks reach the rim that the tooth shares: raise dedendum or transverse_refinement")
     load = np.zeros((len(inner), len(loaded)))
-    load[at, np.arange(len(loaded))] = 1.0
+    load[loaded_rows, np.arange(len(loaded))] = 1.0
     with factorize(K[inner][:, inner]) as factor:
         response = factor.solve(np.hstack([load, operator[:, inner].T.toarray()]))
     K_io = K[shared][:, inner]

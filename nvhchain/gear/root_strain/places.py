@@ -135,14 +135,14 @@ def _rows(
     middle = profile.tangent_length(place.tangent_angle)
     if isinstance(place, RootElement):
         require(abs(place.axial) <= half, f"{name}.axial = {place.axial:g} m leaves the face width ±{half:g} m")
-        at = (profile, place.flank, np.array([middle]), np.array([place.axial]))
-        element = int(search.find(_surface(gear, *at))[0][0])
+        point = (profile, place.flank, np.array([middle]), np.array([place.axial]))
+        element = int(search.find(_surface(gear, *point))[0][0])
         reference = reference_element("hex20")
         corners = solid.nodes[solid.elements[element]]
         jacobian = np.einsum("na,qnb->qab", corners, reference.gradient)
         weight = reference.weight * np.linalg.det(jacobian)
         gradient = np.einsum("q,qnb,qba->na", weight / weight.sum(), reference.gradient, np.linalg.inv(jacobian))
-        return _strain_rows(solid, element, gradient, _frame(gear, *at)[0])
+        return _strain_rows(solid, element, gradient, _frame(gear, *point)[0])
     require(
         place.length > 0 and place.width > 0 and abs(place.axial) + 0.5 * place.width <= half * (1 + 1e-9),
         f"gauge of {1e3 * place.length:g} × {1e3 * place.width:g} mm at z = {1e3 * place.axial:g} mm leaves the face "
@@ -154,13 +154,13 @@ def _rows(
         "shorten it",
     )
     x, w = np.polynomial.legendre.leggauss(_GAUGE_POINTS)
-    along, across = (
+    arc_length, width_offset = (
         a.ravel() for a in np.meshgrid(middle + 0.5 * place.length * x, 0.5 * place.width * x, indexing="ij")
     )
     weight = np.outer(w, w).ravel() / 4
-    axial = place.axial + across * np.cos(gear.helix_angle)
-    points = _surface(gear, profile, place.flank, along, axial)
-    frames = _frame(gear, profile, place.flank, along, axial)
+    axial = place.axial + width_offset * np.cos(gear.helix_angle)
+    points = _surface(gear, profile, place.flank, arc_length, axial)
+    frames = _frame(gear, profile, place.flank, arc_length, axial)
     total = sp.csr_matrix((6, 3 * len(solid.nodes)))
     for e, xi, frame, share in zip(*search.find(points), frames, weight, strict=True):
         derivative = hex20_shape(xi[None])[1][0]
@@ -181,8 +181,8 @@ def _frame(gear: GearGeometry, profile: _Profile, flank: int, length: FloatArray
     step = 1e-3 * (profile.length[-1] - profile.length[0])
 
     def tangent(ds: float, dz: float) -> FloatArray:
-        ahead, behind = (_surface(gear, profile, flank, length + s * ds, axial + s * dz) for s in (1, -1))
-        return (ahead - behind) / np.linalg.norm(ahead - behind, axis=1)[:, None]
+        ahead, previous = (_surface(gear, profile, flank, length + s * ds, axial + s * dz) for s in (1, -1))
+        return (ahead - previous) / np.linalg.norm(ahead - previous, axis=1)[:, None]
 
     t, lead = tangent(step, 0.0), tangent(0.0, step)
     n = np.cross(t, lead) * (2 * flank - 1)
@@ -204,8 +204,9 @@ def _strain_rows(solid: SolidMesh, element: int, gradient: FloatArray, frame: Fl
     slope = gradient @ frame  # ∂N/∂q
     rows = [slope[:, p, None] * turned[:, p] for p in range(3)]
     rows += [slope[:, q, None] * turned[:, p] + slope[:, p, None] * turned[:, q] for p, q in ((1, 2), (2, 0), (0, 1))]
-    at = (3 * nodes[:, None] + np.arange(3)).ravel()
+    element_unknowns = (3 * nodes[:, None] + np.arange(3)).ravel()
     data = np.stack(rows).reshape(6, -1)
     return sp.csr_matrix(
-        (data.ravel(), (np.repeat(np.arange(6), len(at)), np.tile(at, 6))), shape=(6, 3 * len(solid.nodes))
+        (data.ravel(), (np.repeat(np.arange(6), len(element_unknowns)), np.tile(element_unknowns, 6))),
+        shape=(6, 3 * len(solid.nodes)),
     )

@@ -26,7 +26,7 @@ _TIME_LIMIT = 1800.0
 _OVERLAP = 1e-6
 """Largest volume of overlapping solids over that of all, which is one of rounding."""
 
-_ACROSS = 2.1
+_END_SIZE = 2.1
 """Largest size of the end of a small hole or pin over the largest radius of one."""
 
 _SEWN = 1e-2
@@ -254,7 +254,7 @@ def _ends(gmsh: Any, small: list[int], ignore: float) -> list[int]:
     for _, tag in gmsh.model.getEntities(2):
         edges = [edge for _, edge in gmsh.model.getBoundary([(2, tag)], combined=False, oriented=False)]
         alone = [edge for edge in edges if edges.count(edge) == 1 and _length(gmsh, edge) > _SEWN]
-        if tag in small or _length(gmsh, tag, 2) > _ACROSS * ignore:
+        if tag in small or _length(gmsh, tag, 2) > _END_SIZE * ignore:
             continue
         if len(alone) == 1 and round_ones.intersection(gmsh.model.getAdjacencies(1, alone[0])[0]):
             found.append(tag)
@@ -341,32 +341,32 @@ def _fitted(gmsh: Any, tag: int) -> np.ndarray | None:
     """Return centre, axis and radius of a spline that is a cylinder; None for any other."""
     low, high = gmsh.model.getParametrizationBounds(2, tag)
     u, v = (np.linspace(a, b, _SAMPLES) for a, b in zip(low, high, strict=True))
-    at = np.stack(np.meshgrid(u, v), axis=-1).ravel()
-    points = np.array(gmsh.model.getValue(2, tag, at)).reshape(-1, 3)
-    normals = np.array(gmsh.model.getNormal(tag, at)).reshape(-1, 3)
+    parameters = np.stack(np.meshgrid(u, v), axis=-1).ravel()
+    points = np.array(gmsh.model.getValue(2, tag, parameters)).reshape(-1, 3)
+    normals = np.array(gmsh.model.getNormal(tag, parameters)).reshape(-1, 3)
     _, turned, axes = np.linalg.svd(normals, full_matrices=False)
     if turned[1] < 1e-2 * turned[0] or turned[2] > 1e-4 * turned[0]:
         return None
-    across, axis = axes[:2], axes[2]
-    flat = points @ across.T
+    transverse, axis = axes[:2], axes[2]
+    flat = points @ transverse.T
     # x² + y² = 2 c·(x, y) + (r² − c²)
     solved = np.linalg.lstsq(np.column_stack([2 * flat, np.ones(len(flat))]), (flat**2).sum(axis=1), rcond=None)[0]
     radius = float(np.sqrt(max(solved[2] + solved[:2] @ solved[:2], 0.0)))
     if np.abs(np.linalg.norm(flat - solved[:2], axis=1) - radius).max() > _ROUND:
         return None
-    return np.array([*(solved[:2] @ across), *axis, radius])
+    return np.array([*(solved[:2] @ transverse), *axis, radius])
 
 
 def _reach(shape: np.ndarray, corners: np.ndarray) -> tuple[float, float, float]:
     """Return the ends along the axis and the covered angle of triangles (k, 3, 3) on a cylinder."""
     axis = shape[3:6]
     away = corners.reshape(-1, 3) - shape[:3]
-    along = away @ axis
-    first = away[0] - along[0] * axis
+    axial = away @ axis
+    first = away[0] - axial[0] * axis
     turn = np.sort(np.arctan2(away @ np.cross(axis, first), away @ first))
     gap = max(float(np.diff(turn).max()), float(turn[0] + 2 * np.pi - turn[-1]))
     edge = float(np.median(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1))) / float(np.linalg.norm(first))
-    return float(along.min()), float(along.max()), 2 * np.pi if gap < 3 * edge else 2 * np.pi - gap
+    return float(axial.min()), float(axial.max()), 2 * np.pi if gap < 3 * edge else 2 * np.pi - gap
 
 
 def _tetrahedra(gmsh: Any) -> dict[str, Any]:

@@ -68,8 +68,8 @@ class Cylinder:
 
     def covers(self, place: FloatArray) -> bool:
         """Return True for a place between the ends."""
-        along = float((place - self.point) @ self.axis)
-        return self.low - AXIS_TOLERANCE <= along <= self.high + AXIS_TOLERANCE
+        axial = float((place - self.point) @ self.axis)
+        return self.low - AXIS_TOLERANCE <= axial <= self.high + AXIS_TOLERANCE
 
     def __str__(self) -> str:
         """Return radius, axis and ends in mm."""
@@ -126,8 +126,8 @@ def _continues(other: Cylinder, cylinder: Cylinder) -> bool:
 def _together(other: Cylinder, cylinder: Cylinder) -> Cylinder:
     """Return two parts of one cylinder as one: pieces side by side add their angles, pieces in a row their lengths."""
     low, high = _reach(other, cylinder)
-    beside = min(high, other.high) - max(low, other.low) > 0.5 * (high - low)
-    angle = other.angle + cylinder.angle if beside else max(other.angle, cylinder.angle)
+    side_by_side = min(high, other.high) - max(low, other.low) > 0.5 * (high - low)
+    angle = other.angle + cylinder.angle if side_by_side else max(other.angle, cylinder.angle)
     return replace(
         other,
         faces=(*other.faces, *cylinder.faces),
@@ -175,19 +175,19 @@ def _covering_hole(name: str, place: FloatArray, found: Sequence[Cylinder]) -> C
     if len(whole) == 1:
         return whole[0]
     x, y, z = (_short(1e3 * value) for value in place)
-    at = f"bearing {name} at x = {x}, y = {y}, z = {z} mm"
+    subject = f"bearing {name} at x = {x}, y = {y}, z = {z} mm"
     remedy = f'name it: seats = [{{ name = "{name}", point_mm = [x, y, z] }}]'
     if whole:
         raise InputError(
-            f"{at} lies in {len(whole)} cylinders: {_listed(whole, place)}: name one by its radius: "
+            f"{subject} lies in {len(whole)} cylinders: {_listed(whole, place)}: name one by its radius: "
             f'seats = [{{ name = "{name}", point_mm = [x, y, z], radius_mm = … }}]'
         )
     if coaxial:
         listed = _listed(coaxial, place)
-        raise InputError(f"{at} lies in none of the cylinders on its axis: {listed}: move it or {remedy}")
+        raise InputError(f"{subject} lies in none of the cylinders on its axis: {listed}: move it or {remedy}")
     near = sorted(upright, key=lambda c: c.offset(place))
     raise InputError(
-        f"{at} has no cylinder on its axis within {1e3 * AXIS_TOLERANCE:g} mm; the nearest along z: "
+        f"{subject} has no cylinder on its axis within {1e3 * AXIS_TOLERANCE:g} mm; the nearest along z: "
         f"{_listed(near, place) or 'none'}: move the shaft, place the part by origin and axes, or {remedy}"
     )
 
@@ -197,20 +197,22 @@ def _named(
 ) -> Cylinder:
     """Return the hole around a named point."""
     point = np.array(named.point, dtype=float)
-    at = f"{owner} at {[float(_short(1e3 * value)) for value in point]} mm"
-    around = [c for c in found if c.offset(point) < _NAMED_TOLERANCE and c.covers(point)]
-    chosen = [c for c in around if named.radius is None or abs(c.radius - named.radius) < AXIS_TOLERANCE]
+    subject = f"{owner} at {[float(_short(1e3 * value)) for value in point]} mm"
+    surrounding = [c for c in found if c.offset(point) < _NAMED_TOLERANCE and c.covers(point)]
+    chosen = [c for c in surrounding if named.radius is None or abs(c.radius - named.radius) < AXIS_TOLERANCE]
     if not chosen:
-        near = around or sorted(found, key=lambda c: float(np.linalg.norm(c.middle - point)))
+        near = surrounding or sorted(found, key=lambda c: float(np.linalg.norm(c.middle - point)))
         size = "" if named.radius is None else f" of radius {1e3 * named.radius:g} mm"
-        raise InputError(f"{at} lies on the axis of no cylinder{size}; the nearest: {_listed(near, point) or 'none'}")
+        raise InputError(
+            f"{subject} lies on the axis of no cylinder{size}; the nearest: {_listed(near, point) or 'none'}"
+        )
     require(
         len(chosen) == 1,
-        f"{at} lies in {len(chosen)} cylinders: {_listed(chosen, point)}: add its radius_mm",
+        f"{subject} lies in {len(chosen)} cylinders: {_listed(chosen, point)}: add its radius_mm",
     )
     require(
         place is None or chosen[0].offset(place) < chosen[0].radius,
-        f"{at}: its cylinder, {chosen[0]}, does not surround the shaft: name another point",
+        f"{subject}: its cylinder, {chosen[0]}, does not surround the shaft: name another point",
     )
     return chosen[0]
 
@@ -229,8 +231,8 @@ def find_bolts(part: CadPart, found: Sequence[Cylinder], seats: Iterable[Cylinde
     bolts = {c.faces: c for c in (_named(bolt, found, "bolt") for bolt in part.bolts)}
     if part.bolt_diameter is None:
         return tuple(bolts.values())
-    of_seats = {seat.faces for seat in seats}
-    possible = [c for c in found if c.faces not in of_seats and c.angle > _BROKEN and _ends_at_plane(part, c)]
+    seat_faces = {seat.faces for seat in seats}
+    possible = [c for c in found if c.faces not in seat_faces and c.angle > _BROKEN and _ends_at_plane(part, c)]
     fitting = [c for c in possible if abs(2 * c.radius - part.bolt_diameter) < 2 * AXIS_TOLERANCE]
     where = "at the mounting plane" if part.mounting_plane else "in the part"
     sizes, counts = np.unique(np.round([2e3 * c.radius for c in possible], 3), return_counts=True)

@@ -34,11 +34,11 @@ def cad_model(
     for note in notes_of(part, made):
         warn_caller(f"{part.file}: {note}")
     nodes, elements, members = part.placed(made["nodes"]), made["elements"], made["members"]
-    at_seats, at_bolts = chosen(part, made["cylinders"], positions)
+    seat_cylinders, bolt_cylinders = chosen(part, made["cylinders"], positions)
     label = len(nodes) + 1
     seats = tuple(
         RigidSet(name, np.array(positions[name], dtype=float), face_nodes(members, cylinder), label + number)
-        for number, (name, cylinder) in enumerate(at_seats.items())
+        for number, (name, cylinder) in enumerate(seat_cylinders.items())
     )
     bolts = tuple(
         RigidSet(
@@ -48,7 +48,7 @@ def cad_model(
             label + len(seats) + number,
             np.ones(6, dtype=bool),
         )
-        for number, cylinder in enumerate(at_bolts)
+        for number, cylinder in enumerate(bolt_cylinders)
     )
     block = ElementBlock("tet10", elements, part.material, np.arange(1, len(elements) + 1), "CASTING")
     model = SolidModel(

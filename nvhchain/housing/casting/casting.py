@@ -280,11 +280,11 @@ class Casting:
         for bore in self.bores:
             number = self.wall_of(bore)
             low, high = self.wall_span(number)
-            of = "inner" if number > REAR else "end"
+            kind = "inner" if number > REAR else "end"
             require(
                 abs(bore.centre[2] - (low + high) / 2) < (bore.length - (high - low)) / 2,
                 f"Casting bore {bore.name} at z = {bore.centre[2]:g} m, length {bore.length:g} m, does not span its "
-                f"{of} wall at z = {(low + high) / 2:g} m: move it or make it longer than the wall is thick",
+                f"{kind} wall at z = {(low + high) / 2:g} m: move it or make it longer than the wall is thick",
             )
             room = max(
                 s.radius - hypot(bore.centre[0] - s.centre[0], bore.centre[1] - s.centre[1]) for s in self.gear_spaces

@@ -50,8 +50,8 @@ class Contributions:
         """Shares Re(p_i p*) / |p|² (n_f, n_point, n_part): their sum is one; a part that cancels others is negative."""
         total = self.total
         power = np.abs(total) ** 2
-        along = (self.pressure * np.conj(total)[:, :, None]).real
-        return np.asarray(along / np.where(power > 0, power, 1.0)[:, :, None])
+        projection = (self.pressure * np.conj(total)[:, :, None]).real
+        return np.asarray(projection / np.where(power > 0, power, 1.0)[:, :, None])
 
 
 def modal_contributions(
@@ -129,8 +129,8 @@ def casting_panels(casting: Casting, surface: Surface) -> Panels:
     """Return rear bosses by bearing, rear wall, flange, mounting side, and the side wall by its direction."""
     centre, normal = surface.centroids, surface.normals
     names = ["side wall +x", "side wall −x", "side wall +y", "side wall −y", "rear wall", "flange", "mounting side"]
-    along_x = np.abs(normal[:, 0]) >= np.abs(normal[:, 1])
-    part = np.where(along_x, np.where(normal[:, 0] >= 0, 0, 1), np.where(normal[:, 1] >= 0, 2, 3))
+    facing_x = np.abs(normal[:, 0]) >= np.abs(normal[:, 1])
+    part = np.where(facing_x, np.where(normal[:, 0] >= 0, 0, 1), np.where(normal[:, 1] >= 0, 2, 3))
     edge = surface.areas.mean() ** 0.5
     part[centre[:, 2] > casting.depth - casting.chamfer] = 4
     part[(centre[:, 2] < casting.flange_thickness + 0.25 * edge) & (np.abs(normal[:, 2]) > 0.5)] = 5

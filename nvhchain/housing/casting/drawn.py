@@ -105,7 +105,9 @@ def draw_casting(
     spaces = _spaces(seats, discs, radial, boss)
     draft = _rounded(0.02 * (last[0] - first[0]))
     casting = Casting(
-        bores=tuple(Bore(of.name, (*of.axis, of.z + shift), 0.5 * of.diameter, lengths[of.name]) for of in seats),
+        bores=tuple(
+            Bore(seat.name, (*seat.axis, seat.z + shift), 0.5 * seat.diameter, lengths[seat.name]) for seat in seats
+        ),
         gear_spaces=spaces,
         wall=wall,
         end_wall=end_wall,
@@ -274,10 +276,10 @@ def _openings(
 def _bolts(spaces: Sequence[GearSpace], offset: float, bolt: float) -> int:
     """Return an even number of bolts, at most 14 diameters apart."""
     arcs = hull([(*space.centre, space.radius) for space in spaces], offset + 1.2 * bolt)
-    around = sum(arc.radius * (arc.end - arc.start) for arc in arcs)
+    perimeter = sum(arc.radius * (arc.end - arc.start) for arc in arcs)
     following = zip(arcs, [*arcs[1:], arcs[0]], strict=True)
-    around += sum(hypot(*(b.point(b.start) - a.point(a.end))) for a, b in following) if len(arcs) > 1 else 0.0
-    return max(6, 2 * floor(around / (28 * bolt) + 1))
+    perimeter += sum(hypot(*(b.point(b.start) - a.point(a.end))) for a, b in following) if len(arcs) > 1 else 0.0
+    return max(6, 2 * floor(perimeter / (28 * bolt) + 1))
 
 
 def _rules(

@@ -56,7 +56,7 @@ def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
     try:
         return _meshed(casting, fidelity)
     except (SolverError, InputError) as error:
-        if not _IN_THE_WAY.search(str(error)):  # too few elements at a seat, or no time
+        if not _MESHER_FAILURES.search(str(error)):  # too few elements at a seat, or no time
             raise
         for fields, others in _FEATURES:
             plain: dict[str, Any] = {name: type(getattr(casting, name))() for name in fields}
@@ -74,7 +74,7 @@ def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
         raise
 
 
-_IN_THE_WAY = re.compile(r"falls apart|not closed|periodic|intersect|^bolt")
+_MESHER_FAILURES = re.compile(r"falls apart|not closed|periodic|intersect|^bolt")
 """Failures of the mesher where faces nearly touch or pieces hang in the air."""
 
 _FEATURES = (
@@ -106,8 +106,8 @@ def _meshed(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
     held = np.zeros(len(nodes), dtype=bool)
     for nodes_of_bolt in bolts:
         held[nodes_of_bolt] = True
-    on_engine = (nodes[boundary[:, :3], 2] < _TOUCH).all(axis=1)
-    exposed = boundary[~on_engine & ~held[boundary].all(axis=1)]
+    mounting_faces = (nodes[boundary[:, :3], 2] < _TOUCH).all(axis=1)
+    exposed = boundary[~mounting_faces & ~held[boundary].all(axis=1)]
     return HousingMesh(nodes, elements, seats, bolts, _outermost(nodes, exposed))
 
 

@@ -49,10 +49,13 @@ def _hull(circles: tuple[tuple[float, float, float], ...], offset: float) -> tup
     if change.size == 0:
         i = int(outermost[0])
         return (Arc(x[i], y[i], radius[i] + offset, 0.0, 2 * np.pi),)
-    starts = [_tangent(x, y, radius, int(outermost[at - 1]), int(outermost[at]), float(angle[at])) for at in change]
+    starts = [
+        _tangent(x, y, radius, int(outermost[index - 1]), int(outermost[index]), float(angle[index]))
+        for index in change
+    ]
     arcs = []
-    for number, at in enumerate(change):
-        i = int(outermost[at])
+    for number, index in enumerate(change):
+        i = int(outermost[index])
         start = starts[number]
         end = starts[(number + 1) % len(starts)]
         arcs.append(Arc(x[i], y[i], radius[i] + offset, start, start + (end - start) % (2 * np.pi)))
@@ -84,10 +87,10 @@ def stations(arcs: Sequence[Arc], count: int, start: float = 0.0) -> tuple[Float
     points, normals = [], []
     for s in (np.arange(count) + start) / count * ends[-1] % ends[-1]:
         k = int(np.searchsorted(ends, s, side="right"))
-        length, arc, along = pieces[k]
+        length, arc, segment = pieces[k]
         share = 1 - (ends[k] - s) / length
-        angle = arc.start + share * (arc.end - arc.start) if along is None else arc.end
-        points.append(arc.point(angle) + (0.0 if along is None else share * along))
+        angle = arc.start + share * (arc.end - arc.start) if segment is None else arc.end
+        points.append(arc.point(angle) + (0.0 if segment is None else share * segment))
         normals.append([np.cos(angle), np.sin(angle)])
     return np.array(points).reshape(-1, 2), np.array(normals).reshape(-1, 2)
 

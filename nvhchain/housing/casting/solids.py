@@ -38,7 +38,7 @@ def casting_recipe(casting: Casting, size: float, elements_per_turn: float) -> d
     outside = [_shell(casting), _flange(casting), *_lugs(casting)]
     outside += [_boss(casting, bore) for bore in rear]
     outside += _end_ribs(casting, rear) + _side_ribs(casting)
-    inside_parts = [_boss(casting, bore) for bore in casting.bores] + _end_ribs(casting, engine)
+    inner_parts = [_boss(casting, bore) for bore in casting.bores] + _end_ribs(casting, engine)
     holes = [_cylinder(bore.centre[:2], *_bore_range(casting, bore), bore.radius) for bore in casting.bores]
     top = lug_height(casting)
     holes += [_cylinder(point, -0.01, top + 0.01, casting.bolt_radius) for point in bolt_circle(casting)]
@@ -51,7 +51,7 @@ def casting_recipe(casting: Casting, size: float, elements_per_turn: float) -> d
             {"op": "fuse", "solids": outside},
             {"op": "cut", "solids": [_cavity(casting), _recess(casting)]},
             *_inner_walls(casting),
-            {"op": "fuse", "solids": inside_parts},
+            {"op": "fuse", "solids": inner_parts},
             {"op": "cut", "solids": holes},
         ],
     }
@@ -237,11 +237,11 @@ def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
     for bore in bores:
         reach = bore.radius + casting.boss_thickness
         for angle in 2 * np.pi * (np.arange(casting.spokes) + 0.25) / max(casting.spokes, 1):
-            along = np.array([np.cos(angle), np.sin(angle)])
+            direction = np.array([np.cos(angle), np.sin(angle)])
             distance = np.arange(reach, 2.0, 1e-3)
-            path = np.array(bore.centre[:2]) + distance[:, None] * along
+            path = np.array(bore.centre[:2]) + distance[:, None] * direction
             length = distance[_first_outside(border, path)]
-            end = np.array(bore.centre[:2]) + length * along
+            end = np.array(bore.centre[:2]) + length * direction
             nearest = np.linalg.norm(path[distance < length][:, None] - axes, axis=2).argmin(axis=1)
             # a spoke that leaves the region around its own boss would cross a neighbour's ribs at a sharp angle
             own = (nearest == [b.name for b in bores].index(bore.name)).all()
@@ -261,9 +261,9 @@ def _rib_end(casting: Casting, low: float) -> float:
 
 def _web(start: FloatArray, end: FloatArray, low: float, high: float, thickness: float) -> Solid:
     """Return an upright rib between two points of the transverse plane."""
-    along = (end - start) / np.linalg.norm(end - start)
-    across = thickness / 2 * np.array([-along[1], along[0]])
-    corners = [start + across, start - across, end - across, end + across]
+    direction = (end - start) / np.linalg.norm(end - start)
+    offset = thickness / 2 * np.array([-direction[1], direction[0]])
+    corners = [start + offset, start - offset, end - offset, end + offset]
     return {
         "kind": "plate",
         "polygon": [[float(x), float(y), low] for x, y in corners],
@@ -282,8 +282,8 @@ def _side_ribs(casting: Casting) -> list[Solid]:
     ribs = []
     points, normals = stations(outline_at(casting, 0.0), casting.side_ribs, start=0.5)
     for point, normal in zip(points, normals, strict=True):
-        across = casting.rib_thickness * np.array([-normal[1], normal[0]])
-        base = point - across / 2
+        extrusion = casting.rib_thickness * np.array([-normal[1], normal[0]])
+        base = point - extrusion / 2
         profile = (
             (low, _growth(casting, low) + root),
             (low, _foot(casting) + foot),
@@ -295,7 +295,7 @@ def _side_ribs(casting: Casting) -> list[Solid]:
             {
                 "kind": "plate",
                 "polygon": [[float(c) for c in corner] for corner in corners],
-                "extrude": [float(across[0]), float(across[1]), 0.0],
+                "extrude": [float(extrusion[0]), float(extrusion[1]), 0.0],
             }
         )
     return ribs

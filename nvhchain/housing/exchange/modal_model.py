@@ -66,9 +66,9 @@ def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, m
     used = np.unique(facets)
     row = np.full(len(skin.nodes), -1)
     row[used] = np.arange(len(used))
-    at_skin = sp.kron(skin.interpolation[used], sp.identity(3)) @ (T @ shapes)
+    skin_shapes = sp.kron(skin.interpolation[used], sp.identity(3)) @ (T @ shapes)
     frequency = np.concatenate([modes.frequency, modes.ritz.frequency])
-    at_seats = shapes[modes.seats]
+    seat_shapes = shapes[modes.seats]
     return ModalModel(
         nodes=np.vstack([skin.nodes[used], [seat.reference for seat in seats]]),
         labels=_labels(model.labels, used, [seat.label for seat in seats]),
@@ -76,7 +76,7 @@ def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, m
         two_sided=shells[: len(facets)] if second else False,
         frequency=frequency,
         damping=np.full(len(frequency), modal_damping),
-        shapes=np.vstack([at_skin, at_seats]).T.reshape(len(frequency), -1, 3),
+        shapes=np.vstack([skin_shapes, seat_shapes]).T.reshape(len(frequency), -1, 3),
         groups={name: row[m][row[m] >= 0] for name, m in model.groups.items() if (row[m] >= 0).any()},
         source=model.source,
     )

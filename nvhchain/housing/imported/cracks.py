@@ -69,18 +69,18 @@ def open_joints(model: SolidModel, edge: float) -> list[str]:
     round_ = np.where(np.minimum(sag[one], sag[other]) > 0, _CURVED * (sag[one] + sag[other]), 0.0)
     above = np.einsum("ka,ka->k", centre[one] - centre[other], normal[other])
     angle = np.arccos(-np.einsum("ka,ka->k", normal[one], normal[other]).clip(-1, 1))
-    against = np.flatnonzero(
+    touching = np.flatnonzero(
         (angle < _FACING + (bend[one] + bend[other]) / 2)
         & (np.abs(above) < np.maximum(_SKIN_TOLERANCE * size[other], round_))
     )
-    flat = np.abs(above[against]) < _SKIN_TOLERANCE * size[other[against]]
-    element, facing = (owner[outside[face[side[against]]]] for side in (one, other))
-    at = one[against]
+    flat = np.abs(above[touching]) < _SKIN_TOLERANCE * size[other[touching]]
+    element, facing = (owner[outside[face[side[touching]]]] for side in (one, other))
+    facets = one[touching]
     # a wall is at least as thick as the element behind its skin; facets that meet at an edge of the body diverge
-    wall = _depth(model.nodes, faces, owner, element, centre[at], normal[at]) < -_WALL * above[against]
+    wall = _depth(model.nodes, faces, owner, element, centre[facets], normal[facets]) < -_WALL * above[touching]
     wall[_joined(faces[:, :4], owner, element, facing)] = True
     # in a round joint the coarser facets' middles may be further from the finer facets than these are from the arc
-    found = np.unique(np.concatenate([at[flat | ~wall], other[against][~flat & ~wall]]))
+    found = np.unique(np.concatenate([facets[flat | ~wall], other[touching][~flat & ~wall]]))
     found = found[~told[face[found]]]
     if not len(found):
         return []
@@ -134,9 +134,9 @@ def _curvature(facets: IntArray, corners: FloatArray, normal: FloatArray) -> tup
     pair = order[sides[edge[order]] == 2].reshape(-1, 2)
     angle = np.arccos(np.einsum("ka,ka->k", *(normal[side] for side in (pair // 3).T)).clip(-1, 1))
     angle[angle > _SMOOTH] = 0.0
-    over_edge = np.zeros(3 * len(facets))
-    over_edge[pair] = angle[:, None]
-    turned = over_edge.reshape(-1, 3)
+    edge_angle = np.zeros(3 * len(facets))
+    edge_angle[pair] = angle[:, None]
+    turned = edge_angle.reshape(-1, 3)
     length = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     return turned.max(axis=1), (turned * area[:, None] / length).sum(axis=1) / 8
@@ -149,8 +149,8 @@ def _joined(corners: IntArray, owners: IntArray, first: IntArray, second: IntArr
     """
     known = corners >= 0
     rows = np.repeat(owners, known.sum(axis=1))
-    of = sp.csr_matrix((np.ones(len(rows)), (rows, corners[known])))
-    common: IntArray = np.asarray(of[first].multiply(of[second]).sum(axis=1), dtype=np.int64).ravel()
+    incidence = sp.csr_matrix((np.ones(len(rows)), (rows, corners[known])))
+    common: IntArray = np.asarray(incidence[first].multiply(incidence[second]).sum(axis=1), dtype=np.int64).ravel()
     return np.flatnonzero(common)
 
 
@@ -168,10 +168,10 @@ def _depth(
     row = np.repeat(np.arange(len(element)), count)
     which = order[np.arange(len(row)) + np.repeat(first - np.cumsum(count) + count, count)]
     corners = nodes[np.where(faces[which, :4] >= 0, faces[which, :4], faces[which, :1])]  # triangles repeat a corner
-    across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    speed = -np.einsum("ka,ka->k", across, normal[row])
-    ahead = speed > 1e-9 * np.linalg.norm(across, axis=1)
-    away = np.einsum("ka,ka->k", corners[:, :3].mean(axis=1) - place[row], across)
+    face_normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    speed = -np.einsum("ka,ka->k", face_normal, normal[row])
+    ahead = speed > 1e-9 * np.linalg.norm(face_normal, axis=1)
+    away = np.einsum("ka,ka->k", corners[:, :3].mean(axis=1) - place[row], face_normal)
     found = np.full(len(element), np.inf)
     np.minimum.at(found, row[ahead], away[ahead] / speed[ahead])
     return found

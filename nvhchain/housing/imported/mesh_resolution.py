@@ -30,9 +30,9 @@ def resolution(model: SolidModel, skin: Skin, f_max: float, least: float) -> lis
     notes = shell_resolution(model, f_max, least)
     if not model.blocks:
         return notes
-    of_sheets = np.broadcast_to(skin.sheets, len(skin.facets))
-    if of_sheets.any():
-        skin = replace(skin, facets=skin.facets[~of_sheets], sheets=False)
+    is_sheet = np.broadcast_to(skin.sheets, len(skin.facets))
+    if is_sheet.any():
+        skin = replace(skin, facets=skin.facets[~is_sheet], sheets=False)
     wall = wall_thickness(skin)
     stiff = stiffening(longest_for_their_wall(model, skin, wall))
     if stiff:
@@ -43,17 +43,18 @@ def resolution(model: SolidModel, skin: Skin, f_max: float, least: float) -> lis
     volume = float(np.einsum("ka,ka->", corners.mean(axis=1), cross)) / 6
     wall = np.where(np.isfinite(wall), wall, 2 * volume / float(area.sum()))
     edge = edges(skin).mean(axis=1)
-    at = worst_quarter(skin, edge / np.sqrt(wall))
+    worst = worst_quarter(skin, edge / np.sqrt(wall))
     materials = [block.material for block in model.blocks]
     # √(B/ρt) over the thickness
     stiffness = np.sqrt(min(m.young / (12 * (1 - m.poisson**2) * m.density) for m in materials))
-    wave = float(2 * np.pi * np.sqrt(stiffness * wall[at] / (2 * np.pi * f_max)))
-    count = wave / edge[at]
+    wave = float(2 * np.pi * np.sqrt(stiffness * wall[worst] / (2 * np.pi * f_max)))
+    count = wave / edge[worst]
     if count >= least:
         return notes
     message = (
-        f"{model.source}: elements of {1e3 * edge[at]:.3g} mm give {count:.2g} per bending wavelength of walls of "
-        f"{1e3 * wall[at]:.2g} mm at {f_max:g} Hz, {least:g} are needed: valid to {f_max * (count / least) ** 2:.4g} Hz"
+        f"{model.source}: elements of {1e3 * edge[worst]:.3g} mm give {count:.2g} per bending wavelength of walls of "
+        f"{1e3 * wall[worst]:.2g} mm at {f_max:g} Hz, {least:g} are needed: valid to "
+        f"{f_max * (count / least) ** 2:.4g} Hz"
     )
     modes = f_max / 4 * float((area / wall).sum()) / stiffness  # half of the skin is the other side
     require(

@@ -97,8 +97,8 @@ def housing_from_modes(
     seats = seat_rows(model, positions, labels)
     skin, shells, repairs = modal_skin(model)
     warn(f"{model.source}: {note}" for note in repairs)
-    on_skin = np.unique(skin.facets[skin.facets < len(model.nodes)])
-    plugs = [*seat_walls(model, seats, on_skin), *held_holes(model, skin.facets)]
+    skin_nodes = np.unique(skin.facets[skin.facets < len(model.nodes)])
+    plugs = [*seat_walls(model, seats, skin_nodes), *held_holes(model, skin.facets)]
     envelope = outer_envelope(
         skin,
         plugs,
@@ -111,10 +111,10 @@ def housing_from_modes(
     motion = skin.restrict(
         normal_motion(skin.nodes, moving, envelope.surface, envelope.silent, fidelity.samples_per_face)
     )
-    at_seats = model.shapes[:, seats].reshape(len(frequency), -1)
-    on_faces = (motion @ model.shapes.reshape(len(frequency), -1).T).T
-    static = Vectors(frequency[~keep], at_seats[~keep], on_faces[~keep])
-    (residual, on_residual), count = static.static(), len(seats)
+    flat_shapes = model.shapes[:, seats].reshape(len(frequency), -1)
+    normal_shapes = (motion @ model.shapes.reshape(len(frequency), -1).T).T
+    static = Vectors(frequency[~keep], flat_shapes[~keep], normal_shapes[~keep])
+    (residual, face_residual), count = static.static(), len(seats)
     provenance: dict[str, Any] = {
         "stage": "housing.housing_from_modes",
         "source": model.source,
@@ -127,9 +127,9 @@ def housing_from_modes(
         natural_frequency=frequency[keep],
         modal_damping=damping,
         seat_shapes=model.shapes[keep][:, seats],
-        normal_shapes=on_faces[keep],
+        normal_shapes=normal_shapes[keep],
         seat_residual=residual.reshape(count, 3, count, 3),
-        face_residual=on_residual.reshape(count, 3, -1),
+        face_residual=face_residual.reshape(count, 3, -1),
         names=tuple(positions),
         positions=model.nodes[seats],
         surface=envelope.surface,
@@ -144,7 +144,7 @@ def housing_from_modes(
     if residual_vectors:
         # vectors of one term, as of Nastran, miss about as much of the faces' motion as they add to its static part
         vectors = frequency > limit
-        added = Vectors(frequency[vectors], at_seats[vectors], on_faces[vectors])
+        added = Vectors(frequency[vectors], flat_shapes[vectors], normal_shapes[vectors])
         accuracy |= truncation_report(reduced, (added, 0), added, f_max)
     return finished(reduced.replace(accuracy=accuracy), fidelity)
 
@@ -216,10 +216,10 @@ def modal_skin(model: ModalModel) -> tuple[Skin, IntArray, tuple[str, ...]]:
     shells = np.zeros(len(sheets), dtype=bool)
     if len(sheets):
         sheets, shells = outward_sides(model.nodes, sheets)
-    of_sheets: IntArray = np.repeat([False, True], [len(solids), len(sheets)])
+    is_sheet: IntArray = np.repeat([False, True], [len(solids), len(sheets)])
     facets, shells = np.concatenate([solids, sheets]), np.concatenate([np.zeros(len(solids), dtype=bool), shells])
     area = has_area(model.nodes, facets, notes)
-    facets, shells, of_sheets = facets[area], shells[area], of_sheets[area]
+    facets, shells, is_sheet = facets[area], shells[area], is_sheet[area]
     facets, halves = add_middles(facets, len(model.nodes))
     interpolation = sp.csr_matrix(sp.vstack([sp.identity(len(model.nodes)), halves]))
-    return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation, of_sheets), shells, tuple(notes)
+    return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation, is_sheet), shells, tuple(notes)

@@ -230,16 +230,16 @@ def _right_side_out(model: SolidModel, notes: list[str]) -> SolidModel:
     blocks, turned = [], 0
     for block in model.blocks:
         jacobian = _straight_jacobian(model.nodes, block)
-        inside_out = (jacobian < 0).all(axis=1)
-        bad = ~inside_out & (jacobian <= 0).any(axis=1)
+        inverted = (jacobian < 0).all(axis=1)
+        bad = ~inverted & (jacobian <= 0).any(axis=1)
         if bad.any():
             raise InputError(
                 f"{model.source}: {int(bad.sum())} {block.kind} elements are degenerate or twisted, first "
                 f"{', '.join(map(str, block.labels[bad][:5]))}: mesh this place again"
             )
         members = block.nodes.copy()
-        members[inside_out] = members[inside_out][:, _flip(block)]
-        turned += int(inside_out.sum())
+        members[inverted] = members[inverted][:, _flip(block)]
+        turned += int(inverted.sum())
         blocks.append(replace(block, nodes=members))
     if turned:
         notes.append(f"{turned} elements that were numbered inside out turned over")
@@ -292,9 +292,9 @@ def raised(model: SolidModel, notes: list[str] | None = None) -> SolidModel:
     middle = np.full(len(keys), -1)
     if known:
         table = np.unique(np.concatenate(known), axis=0)
-        at = np.searchsorted(keys, table[:, 0] * count + table[:, 1])
-        hit = (at < len(keys)) & (keys[np.minimum(at, len(keys) - 1)] == table[:, 0] * count + table[:, 1])
-        middle[at[hit]] = table[hit, 2]
+        position = np.searchsorted(keys, table[:, 0] * count + table[:, 1])
+        hit = (position < len(keys)) & (keys[np.minimum(position, len(keys) - 1)] == table[:, 0] * count + table[:, 1])
+        middle[position[hit]] = table[hit, 2]
     new = np.flatnonzero(middle < 0)
     middle[new] = count + np.arange(len(new))
     ends = wanted[new]

@@ -24,7 +24,7 @@ _FEWEST = 6
 _RIGID = 3e-5
 """Largest distance of a wall from rigid motion over the largest displacement of a mode: files have five digits."""
 
-_AT_REST = 1e-9
+_RESTING = 1e-9
 """Largest displacement of a node at rest over the largest of all."""
 
 _SEVERAL = 50
@@ -60,7 +60,8 @@ def bearing_seats(
     names = names or {}
     _check_names(names, positions)
     return tuple(
-        _seat(model, bearing, np.array(at, dtype=float), names.get(bearing)) for bearing, at in positions.items()
+        _seat(model, bearing, np.array(centre, dtype=float), names.get(bearing))
+        for bearing, centre in positions.items()
     )
 
 
@@ -76,7 +77,9 @@ def seat_rows(
     labels = labels or {}
     require(len(positions) > 0, "no bearing seats are given: at least one is needed")
     _check_names(labels, positions)
-    rows = np.array([_node(model, name, np.array(at, float), labels.get(name)) for name, at in positions.items()])
+    rows = np.array(
+        [_node(model, name, np.array(centre, float), labels.get(name)) for name, centre in positions.items()]
+    )
     for name, row in zip(positions, rows, strict=True):
         require(
             bool(model.shapes[:, row].any()),
@@ -118,7 +121,7 @@ def seat_walls(model: ModalModel, seats: IntArray, skin: IntArray) -> list[IntAr
 def resting_nodes(model: ModalModel) -> BoolArray:
     """Return a mask (n,) of the nodes that move in no mode."""
     largest = np.abs(model.shapes).max(axis=(0, 2))
-    return np.asarray(largest <= _AT_REST * largest.max())
+    return np.asarray(largest <= _RESTING * largest.max())
 
 
 def held_holes(model: ModalModel, facets: IntArray) -> list[IntArray]:

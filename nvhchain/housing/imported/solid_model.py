@@ -78,7 +78,7 @@ def reduce_model(
     tell(2, _STEPS)
     K, M, T = constrained(model)
     tell(3, _STEPS)
-    to_faces, to_flux = (sp.csr_matrix(outer.restrict(operator) @ T) for operator in (motion, flux))
+    face_operator, flux_operator = (sp.csr_matrix(outer.restrict(operator) @ T) for operator in (motion, flux))
     # springs, masses and means have no such error
     known = not (model.structure.shells or model.structure.beams)
     known = known and all(block.kind == "tet10" for block in model.blocks)
@@ -89,7 +89,7 @@ def reduce_model(
         ratio = longest_for_their_wall(model, skin, wall_thickness(skin))
         modes, wrong = state_errors(modes, *found, ratio, corrected=fidelity.corrected_frequencies)
     tell(5, _STEPS)
-    skin_motion = SkinMotion(to_faces, envelope.surface, to_flux, places)
+    skin_motion = SkinMotion(face_operator, envelope.surface, flux_operator, places)
     reduced = reduced_modes(
         modes, wrong, skin_motion, {seat.name: seat.reference.tolist() for seat in seats}, modal_damping, f_max
     )
@@ -110,8 +110,8 @@ def _frequency_errors(model: SolidModel, shapes: FloatArray, frequency: FloatArr
     each = [
         frequency_errors(model.nodes, block.nodes, block.material, shapes, frequency, edges) for block in model.blocks
     ]
-    errors, at_edges = np.sum(each, axis=0)
-    return errors, at_edges
+    errors, edge_errors = np.sum(each, axis=0)
+    return errors, edge_errors
 
 
 def rigid_motions(model: SolidModel, frequency: FloatArray) -> list[str]:

@@ -214,13 +214,13 @@ def shell_resolution(model: SolidModel, f_max: float, least: float) -> list[str]
         return []
     count, area, size = np.concatenate(counts), np.concatenate(areas), np.concatenate(place)
     order = np.argsort(count)
-    at = order[np.searchsorted(np.cumsum(area[order]), 0.25 * area.sum())]
+    worst = order[np.searchsorted(np.cumsum(area[order]), 0.25 * area.sum())]
     needed = 2 * least
-    if count[at] >= needed:
+    if count[worst] >= needed:
         return []
     message = (
-        f"{model.source}: shells of {1e3 * size[at, 0]:.3g} mm give {count[at]:.2g} per bending wavelength at "
-        f"{f_max:g} Hz, {needed:g} are needed: valid to {f_max * (count[at] / needed) ** 2:.4g} Hz"
+        f"{model.source}: shells of {1e3 * size[worst, 0]:.3g} mm give {count[worst]:.2g} per bending wavelength at "
+        f"{f_max:g} Hz, {needed:g} are needed: valid to {f_max * (count[worst] / needed) ** 2:.4g} Hz"
     )
-    require(count[at] >= 2.0, f"{message}; lower the frequency or refine to {1e3 * size[at, 1] / needed:.2g} mm")
+    require(count[worst] >= 2.0, f"{message}; lower the frequency or refine to {1e3 * size[worst, 1] / needed:.2g} mm")
     return [message]

@@ -40,7 +40,7 @@ def respond(
     frequency, force = force_spectrum.frequency[loaded], force[loaded]
     coordinates = [
         _coordinates(housing, frequency[part], force[part], structural, damping)
-        for part in (slice(at, at + LINES_PER_PRODUCT) for at in range(0, loaded.size, LINES_PER_PRODUCT))
+        for part in (slice(start, start + LINES_PER_PRODUCT) for start in range(0, loaded.size, LINES_PER_PRODUCT))
     ]
     return SurfaceVelocity.superposition(frequency, np.concatenate(coordinates), _shapes(housing), housing.surface)
 

@@ -39,8 +39,8 @@ class Vectors:
     def static(self) -> tuple[FloatArray, FloatArray]:
         """Return the flexibilities (m/N) of the seats (s, s) and of the faces (s, n_face)."""
         share = (self.seats / (2 * np.pi * self.frequency[:, None]) ** 2).T
-        at_seats = share @ self.seats
-        return (at_seats + at_seats.T) / 2, share @ self.faces
+        seat_flexibility = share @ self.seats
+        return (seat_flexibility + seat_flexibility.T) / 2, share @ self.faces
 
     def part(self, which: slice) -> Vectors:
         """Return some of them."""
@@ -60,24 +60,24 @@ def truncation_report(
     area = np.sqrt(housing.surface.areas)
     static = vectors.part(slice(moving, None))
     every = [known.part(slice(natural)), finer, vectors.part(slice(moving)), static]
-    seats = np.vstack([of.seats for of in every])
-    faces = np.vstack([of.faces for of in every]) * area
+    seats = np.vstack([part.seats for part in every])
+    faces = np.vstack([part.faces for part in every]) * area
     products = (seats @ seats.T) * (faces @ faces.T)
     lines = f_max * np.arange(1, _LINES + 1) / _LINES
     last = housing.modal_damping[-1:] if len(housing.modal_damping) else np.zeros(1)
     zeta = [housing.modal_damping[:natural], last, last]
-    gains = [_gain(of.frequency, lines, ratio) for of, ratio in zip(every, zeta, strict=False)]
+    gains = [_gain(part.frequency, lines, ratio) for part, ratio in zip(every, zeta, strict=False)]
     still = np.broadcast_to(1 / (2 * np.pi * static.frequency) ** 2, (len(lines), len(static.frequency)))
     whole = _energy(np.hstack([*gains[:2], 0 * gains[2], 0 * still]), products)
     missed = _energy(np.hstack([0 * gains[0], gains[1], -gains[2], -still]), products)
-    at_lines = np.sqrt(missed / np.where(whole > 0, whole, 1.0))
+    line_error = np.sqrt(missed / np.where(whole > 0, whole, 1.0))
     judged = lines >= _JUDGED * f_max
     total = float(lines[judged] ** 2 @ whole[judged])
     mean = np.sqrt(float(lines[judged] ** 2 @ missed[judged]) / total) if total > 0 else 0.0
     return HousingAccuracy(
         truncation_error_db=float(20 * np.log10(1 + mean)),
         truncation_frequency=lines,
-        truncation_error_at_db=20 * np.log10(1 + at_lines),
+        truncation_error_at_db=20 * np.log10(1 + line_error),
     )
 
 

@@ -184,8 +184,8 @@ def _exposed(
     reach = 1.05 * space.size * np.abs(normal @ space.axes).sum(axis=1, keepdims=True)
     front = space.index(centre + reach * normal)
     result = space.label[tuple(front.T)]
-    beside = _neighbours(skin.facets, ~closed)
-    _follow_neighbours(result, beside)
+    neighbours = _neighbours(skin.facets, ~closed)
+    _follow_neighbours(result, neighbours)
     buried = result == WALL
     if shells is not None:
         buried &= ~shells  # the side of a shell that faces no air
@@ -194,7 +194,7 @@ def _exposed(
         nearest = distance_transform_edt(solid, return_distances=False, return_indices=True)
         place = tuple(front[buried].T)
         result[buried] = space.label[tuple(axis[place] for axis in nearest)]
-    return _join_crumbs(result == EXTERIOR, beside, area, least) & ~closed
+    return _join_crumbs(result == EXTERIOR, neighbours, area, least) & ~closed
 
 
 def _plane_faces(surface: Surface, floor: tuple[FloatArray, FloatArray] | None) -> IntArray:
@@ -217,10 +217,10 @@ def _neighbours(facets: IntArray, among: IntArray) -> sp.csr_matrix:
     owner = np.repeat(np.arange(len(facets)), 3)
     weight, shape = among[owner].astype(float), (len(facets), int(edge.max()) + 1)
     one, other = (sp.csr_matrix((weight, (owner, side)), shape=shape) for side in (forward, backward))
-    beside = sp.csr_matrix(one @ other.T)
-    beside.data = np.where(beside.data == 1.0, 1.0, 0.0)
-    beside.eliminate_zeros()
-    return beside
+    pairs = sp.csr_matrix(one @ other.T)
+    pairs.data = np.where(pairs.data == 1.0, 1.0, 0.0)
+    pairs.eliminate_zeros()
+    return pairs
 
 
 def _follow_neighbours(result: IntArray, neighbours: sp.csr_matrix) -> None:
@@ -290,7 +290,7 @@ def _net_at(
     clear = np.where(full, np.maximum(inside, 0.02), np.minimum(inside, -0.02))
     vertices, quads = surface_nets(full, clear)
     start = np.array([axis[0] for axis in lattice])
-    vertices = relaxed(vertices, quads, lambda at: _sampled(level, space, start + cell * at, mirrored))
+    vertices = relaxed(vertices, quads, lambda places: _sampled(level, space, start + cell * places, mirrored))
     if space.has_floor:
         vertices[vertices[:, 2] < 1.0, 2] = 0.5  # the lattice's first layer lies half a cell below the floor
     triangles = split(vertices, quads)

@@ -112,9 +112,9 @@ def _followed_motion(
     gap = points - np.einsum("pc,pca->pa", L, corners[facet])
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    along = np.linalg.norm(gap - np.einsum("pa,pa->p", gap, normal[facet])[:, None] * normal[facet], axis=1)
+    tangential_gap = np.linalg.norm(gap - np.einsum("pa,pa->p", gap, normal[facet])[:, None] * normal[facet], axis=1)
     face = np.repeat(listening, len(place))
-    covered = along < _COVERED * np.sqrt(surface.areas[face])
+    covered = tangential_gap < _COVERED * np.sqrt(surface.areas[face])
     shape = np.hstack([L * (2 * L - 1), 4 * L * np.roll(L, -1, axis=1)]) / len(place)
     shape = np.where(covered[:, None], shape, 0.0)
     values = shape[:, :, None] * surface.normals[face][:, None, :]
@@ -131,8 +131,8 @@ def _spreading(surface: Surface, silent: IntArray) -> sp.csr_matrix:
     edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     order = np.lexsort(edges.T)
     first, second = (order.reshape(-1, 2) // 3).T  # a closed surface has two faces at every edge
-    beside = ~(silent[first] | silent[second])
-    first, second = first[beside], second[beside]
+    listening = ~(silent[first] | silent[second])
+    first, second = first[listening], second[listening]
     a, b = surface.areas[first], surface.areas[second]
     share = a * b / (a + b) / 3
     rows, columns = np.concatenate([second, first]), np.concatenate([first, second])

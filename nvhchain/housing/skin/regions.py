@@ -98,8 +98,8 @@ def regions(
             mark(plugged, points, low, size)
     label, narrow = _labelled(wall | plugged, radius / size, floor is not None)
     label[plugged & ~wall] = PLUG
-    in_metres = tuple((count * size**3, 2 * ball * size) for count, ball in narrow)
-    return Regions(label, low, axes, size, floor is not None, in_metres)
+    cavities = tuple((count * size**3, 2 * ball * size) for count, ball in narrow)
+    return Regions(label, low, axes, size, floor is not None, cavities)
 
 
 def _frame(floor: tuple[FloatArray, FloatArray] | None) -> FloatArray:

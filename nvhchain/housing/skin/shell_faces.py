@@ -18,7 +18,7 @@ _SOFT = 1e-2
 _FARTHEST = 1.75
 """Largest motion of a corner over the largest depth beside it: that of three walls at right angles moves by √3."""
 
-_ON_PLANE = 1e-3
+_PLANE_TOLERANCE = 1e-3
 """Distance from the mounting plane over the depth, below which a corner stays on it."""
 
 _ONE_PLACE = 1e-6
@@ -97,8 +97,8 @@ def _fans(nodes: FloatArray, facets: IntArray) -> IntArray:
     turn[(turn < _ONE_PLACE) | (turn > 2 * np.pi - _ONE_PLACE)] = 2 * np.pi
     least = np.full(len(start), 2 * np.pi)
     np.minimum.at(least, one, turn)
-    beside = (turn <= least[one] + _ONE_PLACE) & (turn < 2 * np.pi)
-    one, other = one[beside], other[beside]
+    adjacent = (turn <= least[one] + _ONE_PLACE) & (turn < 2 * np.pi)
+    one, other = one[adjacent], other[adjacent]
     pairs = np.concatenate([one, following[one]]), np.concatenate([following[other], other])
     link = sp.coo_matrix((np.ones(len(pairs[0])), pairs), shape=(len(start), len(start)))
     return np.asarray(connected_components(link, directed=False)[1]).reshape(-1, 3)
@@ -109,14 +109,14 @@ def _angles(nodes: FloatArray, low: IntArray, high: IntArray, third: IntArray, e
 
     The front of a facet that runs from low to high lies at larger angles than the facet, that of others at smaller.
     """
-    along = nodes[high] - nodes[low]
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
-    across = nodes[third] - nodes[low]
-    across -= (across * along).sum(axis=1, keepdims=True) * along
+    direction = nodes[high] - nodes[low]
+    direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), np.finfo(float).tiny)
+    altitude = nodes[third] - nodes[low]
+    altitude -= (altitude * direction).sum(axis=1, keepdims=True) * direction
     first = np.unique(edge, return_index=True)[1][edge]
-    x = across[first] / np.maximum(np.linalg.norm(across[first], axis=1, keepdims=True), np.finfo(float).tiny)
-    y = np.cross(along, x)
-    return np.asarray(np.arctan2((across * y).sum(axis=1), (across * x).sum(axis=1)))
+    x = altitude[first] / np.maximum(np.linalg.norm(altitude[first], axis=1, keepdims=True), np.finfo(float).tiny)
+    y = np.cross(direction, x)
+    return np.asarray(np.arctan2((altitude * y).sum(axis=1), (altitude * x).sum(axis=1)))
 
 
 def _displaced(
@@ -142,7 +142,7 @@ def _displaced(
         point, outward = floor
         height = -(nodes - point) @ outward
         rise = -moved @ outward
-        stays = np.abs(height) < _ON_PLANE * farthest
+        stays = np.abs(height) < _PLANE_TOLERANCE * farthest
         wanted = np.where(stays, 0.0, np.maximum(rise, np.minimum(0.0, -height)))
         moved += (rise - wanted)[:, None] * outward
     return moved

@@ -75,9 +75,9 @@ def outward_skin(nodes: FloatArray, triangles: IntArray, notes: list[str]) -> In
     np.maximum.at(high, patch, corners.max(axis=1))
     inward = np.where(torn, most, np.bincount(patch, _volumes(nodes, triangles, turn)) < 0)
     for i in np.flatnonzero(~torn):
-        around = ~torn & (low <= low[i]).all(axis=1) & (high >= high[i]).all(axis=1)
-        around[i] = False
-        if around.any():
+        enclosing = ~torn & (low <= low[i]).all(axis=1) & (high >= high[i]).all(axis=1)
+        enclosing[i] = False
+        if enclosing.any():
             inward[i] = most[i]
     turn ^= inward[patch]
     if turn.any():

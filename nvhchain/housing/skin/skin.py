@@ -63,10 +63,10 @@ def model_skin(model: SolidModel) -> tuple[Skin, IntArray]:
     known = sp.csr_matrix(halves @ solid.interpolation) if halves.shape[0] else halves
     interpolation = sp.csr_matrix(sp.vstack([solid.interpolation, known]))
     facets = np.concatenate([solid.facets, middled])
-    of_sheets: IntArray = np.repeat([False, True], [len(solid.facets), len(sheets)])
+    is_sheet: IntArray = np.repeat([False, True], [len(solid.facets), len(sheets)])
     sides = np.concatenate([np.zeros(len(solid.facets), dtype=bool), shells])
     depth = np.concatenate([np.zeros(len(solid.facets)), _depths(model.nodes, sheets[:, :3], model.structure.shells)])
-    return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation, of_sheets, depth), sides
+    return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation, is_sheet, depth), sides
 
 
 _THREE_OF_FOUR = [(0, 1, 2), (1, 2, 3), (2, 3, 0), (3, 0, 1)]

@@ -99,13 +99,13 @@ def surface_nets(full: BoolArray, level: FloatArray) -> tuple[FloatArray, IntArr
         near, far = _corner(full, (axis,), (0,)), _corner(full, (axis,), (1,))
         place = np.argwhere(near != far)
         leaving = near[tuple(place.T)]
-        around = []
+        corners = []
         for i, j in ((1, 1), (0, 1), (0, 0), (1, 0)):
             cell = place.copy()
             cell[:, u] -= i
             cell[:, v] -= j
-            around.append(number[tuple(cell.T)])
-        ring = np.stack(around, axis=1)
+            corners.append(number[tuple(cell.T)])
+        ring = np.stack(corners, axis=1)
         quads.append(np.where(leaving[:, None], ring, ring[:, ::-1]))
     return vertices, np.concatenate(quads)
 

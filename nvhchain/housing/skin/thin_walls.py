@@ -68,12 +68,12 @@ def longest_for_their_wall(model: SolidModel, skin: Skin, wall: FloatArray) -> f
 
     wall : (k,) m, from `wall_thickness`.
     """
-    in_tetrahedra = np.zeros(len(skin.nodes), dtype=bool)
+    tetrahedral_nodes = np.zeros(len(skin.nodes), dtype=bool)
     for block in model.blocks:
         if block.shape == "tet":
-            in_tetrahedra[block.nodes] = True
-    of_tetrahedra = in_tetrahedra[skin.facets[:, :3]].all(axis=1)
-    ratio = np.where(of_tetrahedra, edges(skin).max(axis=1) / wall, 0.0)
+            tetrahedral_nodes[block.nodes] = True
+    tetrahedral_facets = tetrahedral_nodes[skin.facets[:, :3]].all(axis=1)
+    ratio = np.where(tetrahedral_facets, edges(skin).max(axis=1) / wall, 0.0)
     return float(ratio[worst_quarter(skin, ratio)])
 
 
@@ -84,8 +84,8 @@ def wall_thickness(skin: Skin) -> FloatArray:
     normal, centre = cross / np.linalg.norm(cross, axis=1)[:, None], corners.mean(axis=1)
     near = cKDTree(centre).query(centre, k=min(_NEIGHBOURS, len(centre)))[1]
     depth = -np.einsum("kja,ka->kj", centre[near] - centre[:, None], normal)
-    behind = (depth > 0) & (np.einsum("kja,ka->kj", normal[near], normal) < _OPPOSITE)
-    return np.asarray(np.where(behind, depth, np.inf).min(axis=1))
+    opposite = (depth > 0) & (np.einsum("kja,ka->kj", normal[near], normal) < _OPPOSITE)
+    return np.asarray(np.where(opposite, depth, np.inf).min(axis=1))
 
 
 def bending_wavelength(material: Material, thickness: float, frequency: float) -> float:

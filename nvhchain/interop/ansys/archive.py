@@ -34,11 +34,11 @@ class Command:
             if "," in row:
                 yield [cell.strip() for cell in row.split(",")]
                 continue
-            at, cells = 0, []
+            start, cells = 0, []
             for count, width in self.widths:
                 for _ in range(count):
-                    cells.append(row[at : at + width].strip())
-                    at += width
+                    cells.append(row[start : start + width].strip())
+                    start += width
             if not self.widths:
                 cells = row.split()
             while cells and not cells[-1]:

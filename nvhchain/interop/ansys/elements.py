@@ -94,8 +94,8 @@ def _shell(base: Database, element: Element) -> None:
         values = base.constants.get(element.constants, [])
         require(bool(values) and values[0] > 0, f"{where} has no section (SECTYPE) and no thickness (R)")
         _only_thickness(values, where, number)
-        at_corners = [value or values[0] for value in [*values, 0.0, 0.0, 0.0][: len(corners)]]
-        thickness = length * float(np.mean(at_corners))
+        corner_thickness = [value or values[0] for value in [*values, 0.0, 0.0, 0.0][: len(corners)]]
+        thickness = length * float(np.mean(corner_thickness))
         material, offset = element.material, 0.0
     group = f"section {element.section} R {element.constants} material {material}"
     if group not in base.parts.structure.shell_sections:
@@ -122,15 +122,15 @@ def _beam(base: Database, element: Element) -> None:
     count = 3 if number == 189 else 2
     require(len(nodes) >= count, f"{where} has {len(nodes)} nodes: {count} are needed")
     a, b = base.place(nodes[0]), base.place(nodes[1])
-    along = b - a
-    size = float(np.linalg.norm(along))
+    axis = b - a
+    size = float(np.linalg.norm(axis))
     require(size > 0, f"{where} has no length")
     if len(nodes) > count:
         direction = base.place(nodes[count]) - a
     else:  # y lies across global Z, or along global Y where the beam is along Z
-        y = np.cross([0.0, 0.0, 1.0], along)
+        y = np.cross([0.0, 0.0, 1.0], axis)
         y = y if np.linalg.norm(y) > 1e-4 * size else np.array([0.0, 1.0, 0.0])
-        direction = np.cross(along, y)
+        direction = np.cross(axis, y)
     group = f"section {element.section} R {element.constants} material {element.material}"
     if group not in base.parts.structure.beam_sections:
         law = _beam_section(base, element, where)
@@ -215,10 +215,10 @@ def _spring(base: Database, element: Element) -> None:
         row[3 * ((axis - 1) // 3) :][:3] = axes[:, (axis - 1) % 3]
         turning = axis > 3
     else:
-        along: FloatArray = base.place(nodes[1]) - base.place(nodes[0])
-        require(bool(along.any()), f"{where} joins nodes at one place: set KEYOPT(2) to its direction")
+        direction: FloatArray = base.place(nodes[1]) - base.place(nodes[0])
+        require(bool(direction.any()), f"{where} joins nodes at one place: set KEYOPT(2) to its direction")
         turning = option == 1
-        row[3 * turning :][:3] = along / np.linalg.norm(along)
+        row[3 * turning :][:3] = direction / np.linalg.norm(direction)
     row[6:] = -row[:6]
     stiffness = values[0] * unit * (L**2 if turning else 1.0) * np.outer(row, row)
     base.parts.structure.springs.append((element.label, nodes[0], nodes[1], stiffness))

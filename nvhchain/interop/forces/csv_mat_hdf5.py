@@ -91,12 +91,12 @@ def read_hdf5(path: Path) -> Record:
     texts: dict[str, str] = {}
 
     def visit(name: str, item: Any) -> None:
-        of_matlab = item.attrs.get("MATLAB_class")
-        if isinstance(item, h5py.Dataset) and of_matlab in (b"char", b"cell", b"string"):
+        matlab_class = item.attrs.get("MATLAB_class")
+        if isinstance(item, h5py.Dataset) and matlab_class in (b"char", b"cell", b"string"):
             texts[name] = _text_of_matlab(item)
         elif isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and item.ndim > 0:
             arrays[name] = item[()].T if "MATLAB_class" in item.attrs else item[()]
-            if units := [_text(of) for key, of in item.attrs.items() if key.casefold() in UNIT]:
+            if units := [_text(value) for key, value in item.attrs.items() if key.casefold() in UNIT]:
                 stated[name] = _text(units)
 
     try:
@@ -160,12 +160,12 @@ def write_csv(forces: BearingForces, path: Path) -> Path:
     names = ["time", "input_speed", *(csv_name(bearing, axis) for bearing in forces.names for axis in axes)]
     require(len(set(names)) == len(names), f"{path}: bearing names differ by blanks only: {forces.names}; rename one")
     units = ["s", "rad/s", *["N m" if axis in TILTS else "N" for _ in forces.names for axis in axes]]
-    beside = mesh_quantities(forces)
-    for quantity, values in beside.items():
+    mesh_values = mesh_quantities(forces)
+    for quantity, values in mesh_values.items():
         names += columns_of(quantity, values)
         units += [MESH_QUANTITIES[quantity]] * values.shape[1]
     table = np.column_stack(
-        [forces.time, forces.input_speed, forces.wrench.reshape(len(forces.time), -1), *beside.values()]
+        [forces.time, forces.input_speed, forces.wrench.reshape(len(forces.time), -1), *mesh_values.values()]
     )
 
     head = StringIO()
@@ -194,7 +194,7 @@ def write_mat(forces: BearingForces, path: Path) -> Path:
         f"{path}: forces of {forces.force.nbytes / 2**30:.3g} GiB exceed an array of a MAT file, which holds "
         f"{LARGEST_MAT / 2**30:g} GiB: write .h5, which MATLAB reads, too",
     )
-    beside = mesh_quantities(forces)
+    mesh_values = mesh_quantities(forces)
     moment = {} if forces.moment is None else {"moment": forces.moment}
     content = {
         "time": forces.time,
@@ -203,10 +203,10 @@ def write_mat(forces: BearingForces, path: Path) -> Path:
         "names": np.array(forces.names, dtype=object),
         "positions": forces.positions,
         **moment,
-        **beside,
+        **mesh_values,
         "units": {"time": "s", "input_speed": "rad/s", "force": "N", "positions": "m"}
         | dict.fromkeys(moment, "N m")
-        | {name: MESH_QUANTITIES[name] for name in beside},
+        | {name: MESH_QUANTITIES[name] for name in mesh_values},
     }
     return write_output(path, content_of(lambda file: savemat(file, content, appendmat=False, oned_as="column")))
 

@@ -122,8 +122,8 @@ class ForceChannels:
     def __post_init__(self) -> None:
         check_fields(self)
         require(len(self.bearings) > 0, "no bearing is described: at least one is needed")
-        with_moments = {bearing.mx is not None for bearing in self.bearings}
-        require(len(with_moments) == 1, "mx and my are given for some bearings only: give those of all, or none")
+        moments_given = {bearing.mx is not None for bearing in self.bearings}
+        require(len(moments_given) == 1, "mx and my are given for some bearings only: give those of all, or none")
         named = [*self.forces, *self.moments]
         repeated = sorted({channel for channel in named if named.count(channel) > 1})
         require(not repeated, f"channels {', '.join(repeated)} are given to two bearings: each has its own")
@@ -247,21 +247,21 @@ def convert_record(
         table = table * scale
     if not np.array_equal(turn, np.eye(3)):
         table = table @ turn
-    of_meshes = _declared_mesh_quantities(record, channels, count)
+    mesh_values = _declared_mesh_quantities(record, channels, count)
     if channels.resample_rate is None:
         time = uniform_time(time, record.source)
     else:
-        columns = [table.reshape(count, -1), *of_meshes.values()]
+        columns = [table.reshape(count, -1), *mesh_values.values()]
         ends = np.cumsum([column.shape[1] for column in columns])[:-1]
         recorded = time
         time, joined = resampled(recorded, np.hstack(columns), channels.resample_rate, record.source)
         pressed, *parts = np.split(joined, ends, axis=1)
         table = pressed.reshape(len(time), -1, 3)
         speed = PchipInterpolator(recorded, speed)(time)  # a filter would swing below standstill
-        of_meshes = dict(zip(of_meshes, parts, strict=True))
-    moment = of_meshes.pop("moment", None)
+        mesh_values = dict(zip(mesh_values, parts, strict=True))
+    moment = mesh_values.pop("moment", None)
     recorded_too: dict[str, Any] = {
-        name: values[:, 0] if name == "output_lag" else values for name, values in of_meshes.items()
+        name: values[:, 0] if name == "output_lag" else values for name, values in mesh_values.items()
     }
     return BearingForces(
         time=time,
@@ -278,12 +278,12 @@ def convert_record(
 
 def _declared_mesh_quantities(record: Record, channels: ForceChannels, count: int) -> dict[str, FloatArray]:
     """Return the declared quantities beside forces, each (n_t, n), in N m, m and rad; moments act on the housing."""
-    of_moments = channels.moment_unit or "N m"
-    to_housing = MOMENT_UNITS[of_moments] * (1.0 if channels.acts_on == "housing" else -1.0)
+    moment_unit = channels.moment_unit or "N m"
+    moment_scale = MOMENT_UNITS[moment_unit] * (1.0 if channels.acts_on == "housing" else -1.0)
     lag = (channels.output_lag,) if channels.output_lag is not None else ()
     found = {}
     for quantity, names, unit, scale in (
-        ("moment", channels.moments, of_moments, to_housing),
+        ("moment", channels.moments, moment_unit, moment_scale),
         ("mesh_deflection", channels.mesh_deflection, channels.length_unit, LENGTH_UNITS[channels.length_unit]),
         ("transmission_error", channels.transmission_error, channels.length_unit, LENGTH_UNITS[channels.length_unit]),
         ("output_lag", lag, channels.angle_unit, ANGLE_UNITS[channels.angle_unit]),

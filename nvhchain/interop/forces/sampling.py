@@ -35,9 +35,9 @@ def uniform_time(time: FloatArray, source: str) -> FloatArray:
     mean = float(step.mean())
     gap = np.flatnonzero(step > GAP * np.median(step))
     if len(gap):
-        at = int(gap[0])
+        first_gap = int(gap[0])
         raise InputError(
-            f"{source}: gap of {step[at]:.4g} s after t = {time[at]:.6g} s in a record with steps of "
+            f"{source}: gap of {step[first_gap]:.4g} s after t = {time[first_gap]:.6g} s in a record with steps of "
             f"{np.median(step):.4g} s ({len(gap)} gaps): cut the record there or give resample_rate"
         )
     jitter = float(np.abs(step - mean).max() / mean)
@@ -111,9 +111,10 @@ def _steps(time: FloatArray, source: str) -> FloatArray:
     require(len(time) >= 2, f"{source}: {len(time)} samples: at least 2 are needed")
     step = np.diff(time)
     if not bool((step > 0).all()):
-        at = int(np.argmin(step > 0))
+        sample = int(np.argmin(step > 0))
         raise InputError(
-            f"{source}: time goes {time[at]:.9g} → {time[at + 1]:.9g} s after sample {at}: it must increase strictly; "
-            "remove repeated samples, or give sample_rate and no time_channel if only its digits are few"
+            f"{source}: time goes {time[sample]:.9g} → {time[sample + 1]:.9g} s after sample {sample}: it must "
+            "increase strictly; remove repeated samples, or give sample_rate and no time_channel if only its digits "
+            "are few"
         )
     return np.asarray(step)

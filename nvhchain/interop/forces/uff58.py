@@ -76,7 +76,7 @@ def read_uff(path: Path) -> Record:
         raise FileFormatError(f"{path}: not a universal file: {str(error).splitlines()[0]}") from None
     codes = dict.fromkeys(int(s["units_code"]) for s in sets if s["type"] == 164)
     systems = [SYSTEMS[code] for code in codes if code in SYSTEMS]
-    of_force, of_moment = (", ".join(dict.fromkeys(system[i] for system in systems)) for i in range(2))
+    force_unit, moment_unit = (", ".join(dict.fromkeys(system[i] for system in systems)) for i in range(2))
     functions = [s for s in sets if s["type"] == 58 and s["func_type"] == TIME_RESPONSE]
     if not functions:
         raise FileFormatError(f"{path}: no time response in dataset 58; its datasets are {sorted(set(types))}")
@@ -96,7 +96,7 @@ def read_uff(path: Path) -> Record:
         if label and label != "NONE":
             units[name] = label
         elif systems and int(function["rsp_dir"]):
-            units[name] = of_moment if name in rotations else of_force
+            units[name] = moment_unit if name in rotations else force_unit
     return Record(str(path), channels, units, times, unusable, frozenset(rotations))
 
 
@@ -177,10 +177,10 @@ def _function(
     return "\n".join([*head, ""]).encode() + np.asarray(values, dtype="<f8").tobytes() + f"{-1:6d}\n".encode()
 
 
-def _head(title: str, label: str, of: tuple[int, int, int], axes: tuple[str, str, str]) -> list[str]:
-    """Return the first lines of dataset 58; `of` has type of function, node and direction."""
+def _head(title: str, label: str, identification: tuple[int, int, int], axes: tuple[str, str, str]) -> list[str]:
+    """Return the first lines of dataset 58; `identification` has type of function, node and direction."""
     line = " ".join(label.split()) or "NONE"
-    function, node, direction = of
+    function, node, direction = identification
     none = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':20} {'NONE':20}"
     return [
         f"{-1:6d}",
@@ -206,9 +206,9 @@ def _named(functions: list[dict[str, Any]], path: Path) -> Iterator[tuple[str, f
     plain = [_name(function, path) for function in functions]
     kinds = [int(function["ordinate_spec_data_type"]) for function in functions]
     for (name, sign), kind, function in zip(plain, kinds, functions, strict=True):
-        beside = {k for (other, _), k in zip(plain, kinds, strict=True) if other == name}
-        possible = [k for k in beside if k in FORCE_TYPES or (name.endswith(":scalar") and k in SPEED_TYPES)]
-        named = len(beside) > 1 and (kind not in possible or len(possible) > 1)
+        shared_kinds = {k for (other, _), k in zip(plain, kinds, strict=True) if other == name}
+        possible = [k for k in shared_kinds if k in FORCE_TYPES or (name.endswith(":scalar") and k in SPEED_TYPES)]
+        named = len(shared_kinds) > 1 and (kind not in possible or len(possible) > 1)
         yield (f"{name}:{ORDINATES.get(kind, f'type {kind}')}" if named else name), sign, function
 
 

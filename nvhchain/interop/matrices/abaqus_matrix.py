@@ -100,14 +100,14 @@ def _coordinates(path: Path, lines: list[str]) -> dict[str, LabelledMatrix]:
     entries = [((int(a), int(b)), (int(c), int(d)), real(value)) for a, b, c, d, value in rows]
     unknowns = tuple(dict.fromkeys(row for row, _, _ in entries))
     check_size(str(path), path.stem, len(unknowns))
-    at = {unknown: i for i, unknown in enumerate(unknowns)}
+    index = {unknown: i for i, unknown in enumerate(unknowns)}
     require(
-        all(column in at for _, column, _ in entries),
+        all(column in index for _, column, _ in entries),
         f"{path}: a column has no row: write one triangle with its diagonal, or all",
     )
     full, given = np.zeros((len(unknowns),) * 2), np.zeros((len(unknowns),) * 2, dtype=bool)
     for row, column, value in entries:
-        full[at[row], at[column]], given[at[row], at[column]] = value, True
+        full[index[row], index[column]], given[index[row], index[column]] = value, True
     full = np.where(given, full, full.T)
     labels = tuple((node, component if node > 0 else 0) for node, component in unknowns)
     return {path.stem.upper(): LabelledMatrix(path.stem.upper(), labels, labels, full)}

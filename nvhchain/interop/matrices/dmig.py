@@ -13,7 +13,7 @@ from nvhchain.interop.matrices.labelled import LabelledMatrix, Unknown, check_si
 from nvhchain.interop.notation._texts import damaged
 from nvhchain.interop.solids.nastran_cards import cards, real, split_deck
 
-_SQUARE, _SYMMETRIC, _BY_COLUMN = (1, 2), 6, 9
+_SQUARE, _SYMMETRIC, _NUMBERED_COLUMNS = (1, 2), 6, 9
 """Forms of a matrix; columns of the last are numbers."""
 
 Entry = tuple[Unknown, Unknown, complex]
@@ -34,7 +34,7 @@ def read_dmig(path: Path) -> dict[str, LabelledMatrix]:
             name = field[1].upper()
             if field[2] == "0" and name not in heads:
                 form, kind = int(field[3]), int(field[4])
-                known = form in (*_SQUARE, _SYMMETRIC, _BY_COLUMN)
+                known = form in (*_SQUARE, _SYMMETRIC, _NUMBERED_COLUMNS)
                 require(known, f"{path}: DMIG {name} has form {form}: 1, 6 and 9 are read")
                 heads[name], entries[name] = (form, kind > 2, field[6] == "1", int(field[8] or 0)), []
                 continue
@@ -47,7 +47,7 @@ def read_dmig(path: Path) -> dict[str, LabelledMatrix]:
 
 def _column(card: list[str], form: int, is_complex: bool, polar: bool) -> list[Entry]:
     """Return the entries of one column: quadruples of node, component, A and B."""
-    column = int(card[2]), 0 if form == _BY_COLUMN else int(card[3] or 0)
+    column = int(card[2]), 0 if form == _NUMBERED_COLUMNS else int(card[3] or 0)
     found: list[Entry] = []
     for place in range(5, len(card), 4):
         node, component, first, second = [*card[place : place + 4], "", "", ""][:4]
@@ -66,16 +66,16 @@ def _matrix(path: Path, name: str, head: tuple[int, bool, bool, int], entries: l
     require(bool(entries), f"{path}: DMIG {name} has no entries")
     rows = tuple(sorted({row for row, _, _ in entries}))
     columns = tuple(sorted({column for _, column, _ in entries}))
-    if form != _BY_COLUMN:
+    if form != _NUMBERED_COLUMNS:
         rows = columns = tuple(sorted({*rows, *columns}))
     else:
         check_size(str(path), name, max(count, columns[-1][0]))
         columns = tuple((number, 0) for number in range(1, max(count, columns[-1][0]) + 1))
     check_size(str(path), name, max(len(rows), len(columns)))
-    at, to = ({unknown: i for i, unknown in enumerate(own)} for own in (rows, columns))
+    row_index, column_index = ({unknown: i for i, unknown in enumerate(own)} for own in (rows, columns))
     values = np.zeros((len(rows), len(columns)), dtype=complex if is_complex else float)
     for row, column, value in entries:
-        values[at[row], to[column]] = value if is_complex else value.real
+        values[row_index[row], column_index[column]] = value if is_complex else value.real
         if form == _SYMMETRIC:
-            values[to[column], at[row]] = values[at[row], to[column]]
-    return LabelledMatrix(name, rows, None if form == _BY_COLUMN else columns, values)
+            values[column_index[column], row_index[row]] = values[row_index[row], column_index[column]]
+    return LabelledMatrix(name, rows, None if form == _NUMBERED_COLUMNS else columns, values)

@@ -127,9 +127,10 @@ def read_superelement(files: SuperelementFiles, *, units: str, names: MatrixName
         source,
     )
     labels, motions = _motions(recovery, unknowns, geometry, source)
-    at_nodes = np.einsum("naq,qm->mna", system.length * motions * scale, vectors)
+    node_shapes = np.einsum("naq,qm->mna", system.length * motions * scale, vectors)
     modes = [
-        Mode(float(f), 1.0, float(d), labels, shape) for f, d, shape in zip(frequency, damping, at_nodes, strict=True)
+        Mode(float(f), 1.0, float(d), labels, shape)
+        for f, d, shape in zip(frequency, damping, node_shapes, strict=True)
     ]
     return modal_model(modes, geometry, unit_system("m-kg-s"), source, mass_normalized=True)
 

@@ -45,14 +45,15 @@ def read_modal_hdf5(path: str | Path) -> ModalModel:
             stated = stated.decode() if isinstance(stated, bytes) else stated  # as MATLAB writes it
             require(stated == unit, f"{path}: {name} is in {stated!r}, not {unit!r}: convert it")
         arrays = {name: np.array(file[name][()], dtype=kind) for name, kind in _TYPES.items()}
-        of_all = file["triangles"].attrs.get("two_sided", False)
-        two_sided = file["two_sided"][()] if "two_sided" in file else of_all
+        all_two_sided = file["triangles"].attrs.get("two_sided", False)
+        two_sided = file["two_sided"][()] if "two_sided" in file else all_two_sided
         groups = {name: np.array(file["groups"][name][()], dtype=np.int64) for name in file.get("groups", ())}
-    by_mode = ("frequency", "damping", "shapes")
-    counts = {name: arrays[name].shape[:1] for name in by_mode}
+    modal_names = ("frequency", "damping", "shapes")
+    counts = {name: arrays[name].shape[:1] for name in modal_names}
     require(
         arrays["frequency"].ndim == 1 and len(set(counts.values())) == 1,
-        f"{path}: modes of shapes {', '.join(f'{name} {arrays[name].shape}' for name in by_mode)}: as many are needed",
+        f"{path}: modes of shapes {', '.join(f'{name} {arrays[name].shape}' for name in modal_names)}: as many are "
+        "needed",
     )
     order = np.argsort(arrays["frequency"], kind="stable")
     return ModalModel(

@@ -85,7 +85,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None, mass_normalize
     geometry = Geometry(nodes, list(elements.values()), turned, f"{path}: dataset 2412")
     units_of_file = _agreed(stated, asked, path)
     model = modal_model(modes, geometry, units_of_file, str(path), mass_normalized=mass_normalized)
-    members = {name: _members(of, elements, labels, f"{path}: group {name}") for name, of in groups.items()}
+    members = {name: _members(group, elements, labels, f"{path}: group {name}") for name, group in groups.items()}
     return replace(model, groups=members)
 
 
@@ -182,7 +182,7 @@ def _groups(lines: list[str]) -> Iterator[tuple[str, tuple[list[int], list[int]]
         end = i + 2 + (count + 1) // 2
         cells = [_integer(x) for line in lines[i + 2 : end] for x in line.split()]
         nodes, elements = (
-            [label for t, label in zip(cells[::4], cells[1::4], strict=True) if t == of] for of in (NODE, _ELEMENT)
+            [label for t, label in zip(cells[::4], cells[1::4], strict=True) if t == kind] for kind in (NODE, _ELEMENT)
         )
         if nodes or elements:
             yield name, (nodes, elements)
@@ -193,11 +193,13 @@ def _members(
     found: tuple[list[int], list[int]], elements: Mapping[int, tuple[int, list[int]]], labels: IntArray, subject: str
 ) -> IntArray:
     """Return rows of the nodes of a group and of its elements."""
-    nodes, of_elements = found
-    missing = [label for label in of_elements if label not in elements]
+    nodes, element_labels = found
+    missing = [label for label in element_labels if label not in elements]
     if missing:
         raise FileFormatError(f"{subject}: element {missing[0]} is not defined")
-    return np.unique(select_rows(labels, [*nodes, *(n for label in of_elements for n in elements[label][1])], subject))
+    return np.unique(
+        select_rows(labels, [*nodes, *(n for label in element_labels for n in elements[label][1])], subject)
+    )
 
 
 def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[Mode]:
@@ -237,8 +239,8 @@ def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[Mode]:
 def _lines_of(body: list[str], count: int) -> int:
     """Return the number of lines of the first `count` numbers: six per line are usual, fewer in wider fields."""
     found = 0
-    for at, line in enumerate(body):
+    for index, line in enumerate(body):
         found += len(_floats(line))
         if found >= count:
-            return at + 1
+            return index + 1
     return len(body)

@@ -28,20 +28,20 @@ def deck_geometry(path: Path) -> Geometry:
 
     Raises FileFormatError for a damaged file.
     """
-    by_name: dict[str, list[list[str]]] = {}
+    named_cards: dict[str, list[list[str]]] = {}
     with damaged(path, lambda error: f"not Nastran bulk data: {error}"):
         for card in cards(split_deck(path)[1]):
-            by_name.setdefault(card[0], []).append(card)
-    return card_geometry(by_name, str(path))
+            named_cards.setdefault(card[0], []).append(card)
+    return card_geometry(named_cards, str(path))
 
 
-def card_geometry(by_name: dict[str, list[list[str]]], source: str) -> Geometry:
+def card_geometry(named_cards: dict[str, list[list[str]]], source: str) -> Geometry:
     """Return the geometry of cards by name; FileFormatError for damaged ones."""
     parts = Parts(source)
     with damaged(source, lambda error: f"not Nastran bulk data: {named(error)}"):
-        frames = read_grids(by_name, parts)
-        read_solids(by_name, parts)
-        read_shells(Deck(by_name, parts, unit_system("m-kg-s"), frames, _no_material, 1.0))
+        frames = read_grids(named_cards, parts)
+        read_solids(named_cards, parts)
+        read_shells(Deck(named_cards, parts, unit_system("m-kg-s"), frames, _no_material, 1.0))
         axes = {
             label: frames[number].axes_at(np.array(parts.nodes[label]))
             for label, number in parts.rotated.items()

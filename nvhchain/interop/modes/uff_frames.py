@@ -29,8 +29,8 @@ def frames_of(kind: int, rows: list[list[str]]) -> Iterator[tuple[int, FloatArra
             while len(values) < 9:
                 values += [float(word.replace("D", "E")) for word in rows[i]]
                 i += 1
-            origin, along, plane = np.array(values[:9]).reshape(3, 3)
-            yield numbers[0], _axes(along - origin, plane - origin) if numbers[1:] == [0, 0] else None
+            origin, axis, plane = np.array(values[:9]).reshape(3, 3)
+            yield numbers[0], _axes(axis - origin, plane - origin) if numbers[1:] == [0, 0] else None
         return
     for i in range(2, len(rows) - 5, 6):
         number, system = int(rows[i][0]), int(rows[i][1])
@@ -39,9 +39,9 @@ def frames_of(kind: int, rows: list[list[str]]) -> Iterator[tuple[int, FloatArra
         yield number, matrix if system == 0 and alike else None
 
 
-def _axes(along: FloatArray, plane: FloatArray) -> FloatArray:
+def _axes(axis: FloatArray, plane: FloatArray) -> FloatArray:
     """Return axes as columns: x along the first vector, z in the plane of both."""
-    x = along / np.linalg.norm(along)
+    x = axis / np.linalg.norm(axis)
     y = np.cross(plane, x)
     y /= np.linalg.norm(y)
     return np.column_stack([x, y, np.cross(x, y)])

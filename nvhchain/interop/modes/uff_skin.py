@@ -80,8 +80,8 @@ def skin(
         corners, middles = _layout(descriptor)
         if corners:
             members = _members(elements, descriptor, 1 + max(*corners, *middles), subject)
-            at_corners = select_rows(labels, members[:, corners].ravel(), subject).reshape(len(members), -1)
-            rows[descriptor] = np.hstack([at_corners, _moving_rows(labels, members[:, middles], moves)])
+            corner_rows = select_rows(labels, members[:, corners].ravel(), subject).reshape(len(members), -1)
+            rows[descriptor] = np.hstack([corner_rows, _moving_rows(labels, members[:, middles], moves)])
     require(bool(rows), f"{subject} holds no shells and no solids: export the skin with the shapes")
     faces = [_face(found, len(SHELLS[kind][0])) for kind, found in rows.items() if kind in SHELLS]
     shells = np.concatenate([*faces, np.empty((0, 8), dtype=np.int64)])
@@ -132,9 +132,9 @@ def _chosen(
 ) -> tuple[IntArray, IntArray]:
     """Return faces of the skin, outward, and the shells that are not on it."""
     skin = _flat(boundary, nodes)
-    on_skin, below = lying_on(_middles(shells, nodes), skin, _COAT_DISTANCE).T
+    covering, below = lying_on(_middles(shells, nodes), skin, _COAT_DISTANCE).T
     coat = np.zeros(len(shells), dtype=bool)
-    coat[on_skin] = True
+    coat[covering] = True
     if coat.any():
         whole = _area(skin)
         share = _area(_flat(shells[coat], nodes)) / whole
@@ -145,7 +145,7 @@ def _chosen(
             notes.append(f"{moved}: the shells are taken there")
             bare = np.ones(len(boundary), dtype=bool)
             bare[lying_on(_middles(boundary, nodes), _flat(shells[coat], nodes), _COAT_DISTANCE)[:, 0]] = False
-            boundary = np.concatenate([boundary[bare], _outward(shells, on_skin, skin[below], nodes)[coat]])
+            boundary = np.concatenate([boundary[bare], _outward(shells, covering, skin[below], nodes)[coat]])
         elif own < _WHOLE:
             notes.append(f"{moved}: the solids' skin is taken")
         elif share < _WHOLE:
@@ -160,11 +160,11 @@ def _outward(shells: IntArray, which: IntArray, base: FloatArray, nodes: FloatAr
     corners = nodes[np.where(shells[:, :4] >= 0, shells[:, :4], shells[:, :1])]
     own = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normal = np.cross(base[:, 1] - base[:, 0], base[:, 2] - base[:, 0])
-    along = np.bincount(which, np.einsum("qa,qa->q", own[which], normal), minlength=len(shells))
+    alignment = np.bincount(which, np.einsum("qa,qa->q", own[which], normal), minlength=len(shells))
     four = shells[:, 3:4] >= 0
-    over = shells[:, [0, 3, 2, 1, 7, 6, 5, 4]]
-    over = np.where(four, over, shells[:, [0, 2, 1, 3, 6, 5, 4, 7]])
-    return np.where(along[:, None] < 0, over, shells)
+    turned = shells[:, [0, 3, 2, 1, 7, 6, 5, 4]]
+    turned = np.where(four, turned, shells[:, [0, 2, 1, 3, 6, 5, 4, 7]])
+    return np.where(alignment[:, None] < 0, turned, shells)
 
 
 def _moving(faces: IntArray, moves: IntArray) -> IntArray:

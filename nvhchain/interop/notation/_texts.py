@@ -74,6 +74,6 @@ def _place(path: Path, name: str, including: tuple[Path, ...]) -> Path:
             "the path itself"
         )
     plain = name.replace("\\", "/")
-    beside = path.parent / plain
-    first = including[0].parent / plain if including else beside
-    return first if first.exists() and not beside.exists() else beside
+    neighbour = path.parent / plain
+    first = including[0].parent / plain if including else neighbour
+    return first if first.exists() and not neighbour.exists() else neighbour

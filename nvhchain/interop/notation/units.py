@@ -44,10 +44,14 @@ class UnitSystem:
         if density == 0:
             raise InputError(f"{stated}: without mass nothing vibrates: give the density")
         own, gravity = (young * self.stress, density * self.density), _GRAVITY / (self.length / self.time**2)
-        others = {name: (young * of.stress, density * of.density) for name, of in UNIT_SYSTEMS.items() if of != self}
-        heavy = [name for name, of in UNIT_SYSTEMS.items() if _metal(own[0], density * of.density)]
+        others = {
+            name: (young * system.stress, density * system.density)
+            for name, system in UNIT_SYSTEMS.items()
+            if system != self
+        }
+        heavy = [name for name, system in UNIT_SYSTEMS.items() if _metal(own[0], density * system.density)]
         remedy = "; no unit system makes sense of both: correct one"
-        if metals := [name for name, of in others.items() if _metal(*of)]:
+        if metals := [name for name, values in others.items() if _metal(*values)]:
             remedy = f"; the file may be in {', '.join(metals)}"
         elif _metal(own[0], own[1] / gravity):
             remedy = (
@@ -56,7 +60,7 @@ class UnitSystem:
             )
         elif heavy:
             remedy = f"; E fits {self.name}, the density is that of {' or '.join(heavy)}: correct it"
-        elif plastics := [name for name, of in others.items() if _plastic(*of)]:
+        elif plastics := [name for name, values in others.items() if _plastic(*values)]:
             remedy = f"; the file may be in {', '.join(plastics)}"
         raise InputError(f"{stated}: {fault}{remedy}")
 

@@ -55,7 +55,7 @@ _KEPT_OF_ELEMENT = (
 )
 
 _FORCES, _MOTIONS = ("f_u", "f_v", "f_w", "m_v", "m_w"), ("d_u", "d_v", "d_w", "rot_v", "rot_w")
-_TO_CASE = [1, 2, 0, 4, 5]
+_CASE_MOTIONS = [1, 2, 0, 4, 5]
 """Motions x, y, z, θx, θy of the case in u, v, w and the rotations about them."""
 
 _UNLIKE = 0.01
@@ -278,7 +278,7 @@ def _operating_matrix(
         turn[:3, :3] = turn[3:, 3:] = base.axes @ own.axes.T  # u, v, w of the bearing to those of the case
     six = np.zeros((6, 6))
     six[np.ix_([0, 1, 2, 4, 5], [0, 1, 2, 4, 5])] = 0.5 * (whole + whole.T)
-    moved = (turn @ six @ turn.T)[np.ix_(_TO_CASE, _TO_CASE)]
+    moved = (turn @ six @ turn.T)[np.ix_(_CASE_MOTIONS, _CASE_MOTIONS)]
     return tuple(map(tuple, moved.tolist()))
 
 
@@ -289,13 +289,13 @@ def _catalogue(parts: Parts, component: Component) -> dict[str, str]:
         found["name"] = component.name[:80]
     rows = parts.document.parts(component.id, "rolling_bearing_row")
     elements = [element for row in rows for element in parts.document.parts(row.id, "rolling_element")]
-    for of, names in (
+    for owner, names in (
         (component, _KEPT),
         *((r, _KEPT_OF_ROW) for r in rows),
         *((e, _KEPT_OF_ELEMENT) for e in elements),
     ):
         for name in names:
-            attribute = of.attributes.get(name)
+            attribute = owner.attributes.get(name)
             if attribute is None or isinstance(attribute.value, list | tuple | dict) or str(attribute.value) == "":
                 continue
             unit = "" if attribute.unit in ("", "none") else f" {attribute.unit}"

@@ -147,7 +147,7 @@ def _tools(parts: Parts, component: Component, flanks: list[Values]) -> list[Val
         work = {"manufacturing_step": "workpiece", "ordered_reference": "origin", "reference": "origin"}  # up to 1.6
         role = work.get(relation.type)
         if role is not None and relation.end(role) in pieces:
-            ends = [parts.document.components[end] for of, end in relation.refs if of != role]
+            ends = [parts.document.components[end] for own_role, end in relation.refs if own_role != role]
             found += [parts.values(end) for end in ends if end.type in TOOLS or end.type.endswith("_settings")]
     return found
 

@@ -60,9 +60,9 @@ def read_power(
     if chosen is not None and chosen not in known:
         parts.findings.refuse(f"load case {chosen!r} is not in the file: choose one of {', '.join(known)}")
     states.sort(key=lambda state: state.name != chosen if chosen is not None else False)
-    into, out, rotation, signed = _ends(parts, states[0], turns, passed)
-    loads = tuple(_load(state, states[0], turns, (into, out), signed=signed) for state in states)
-    return Power(into, out, rotation if rotation else 1, loads)
+    input_shaft, output_shaft, rotation, signed = _ends(parts, states[0], turns, passed)
+    loads = tuple(_load(state, states[0], turns, (input_shaft, output_shaft), signed=signed) for state in states)
+    return Power(input_shaft, output_shaft, rotation if rotation else 1, loads)
 
 
 def _state(parts: Parts, case: LoadCase | None, turns: Mapping[int, Fraction], lines: Mapping[int, Line]) -> _State:
@@ -175,18 +175,22 @@ def _ends(
     if not signed:
         entering, leaving = alike[:1], alike[-1:]
         record.add("assumed", "operation", "input shaft", parts.names[alike[0]], "the fastest; all torques drive")
-    into = entering[0] if entering else next((s for s in others if s not in leaving), None)
-    if into is None:
-        into = next((shaft for shaft in (*ends, *fastest) if shaft not in leaving[:1]), fastest[0])
-        record.add("assumed", "operation", "input shaft", parts.names[into], "the fastest end; no load names it")
-    out = leaving[0] if leaving else next((shaft for shaft in others if shaft != into), into)
-    if out == into:
-        out = next((shaft for shaft in (*reversed(ends), *reversed(fastest)) if shaft != into), into)
-        record.add("assumed", "operation", "output shaft", parts.names[out], "the slowest end; no load names it")
-    sense = spin * float(turns.get(into, 0))
+    input_shaft = entering[0] if entering else next((s for s in others if s not in leaving), None)
+    if input_shaft is None:
+        input_shaft = next((shaft for shaft in (*ends, *fastest) if shaft not in leaving[:1]), fastest[0])
+        record.add("assumed", "operation", "input shaft", parts.names[input_shaft], "the fastest end; no load names it")
+    output_shaft = leaving[0] if leaving else next((shaft for shaft in others if shaft != input_shaft), input_shaft)
+    if output_shaft == input_shaft:
+        output_shaft = next(
+            (shaft for shaft in (*reversed(ends), *reversed(fastest)) if shaft != input_shaft), input_shaft
+        )
+        record.add(
+            "assumed", "operation", "output shaft", parts.names[output_shaft], "the slowest end; no load names it"
+        )
+    sense = spin * float(turns.get(input_shaft, 0))
     if not sense:
         record.add("assumed", "operation", "rotation of the input", "+1 about its axis", "no speed in the file")
-    return into, out, 1 if sense >= 0 else -1, signed
+    return input_shaft, output_shaft, 1 if sense >= 0 else -1, signed
 
 
 def _load(
@@ -200,18 +204,18 @@ def _load(
     ends : input and output.
     signed : False for torques without sign, which all drive.
     """
-    into, out = ends
+    input_shaft, output_shaft = ends
 
     def ratio(shaft: int) -> float:
-        return abs(float(turns.get(shaft, 0)) / float(turns[into])) if turns.get(into) else 0.0
+        return abs(float(turns.get(shaft, 0)) / float(turns[input_shaft])) if turns.get(input_shaft) else 0.0
 
     speed = next((abs(value) / ratio(shaft) for shaft, value in state.speeds.items() if ratio(shaft)), None)
-    if into in state.speeds:
-        speed = abs(state.speeds[into])
+    if input_shaft in state.speeds:
+        speed = abs(state.speeds[input_shaft])
     torque = None
     spin, usual = _spin(state.speeds, turns), _spin(first.speeds, turns)
     turned = spin * usual < 0.0
-    for shaft, factor, way in ((into, 1.0, 1.0), (out, ratio(out), -1.0)):
+    for shaft, factor, way in ((input_shaft, 1.0, 1.0), (output_shaft, ratio(output_shaft), -1.0)):
         if torque is None and shaft in state.torques and factor:
             # without any speed, the first state drives
             turning = way * (spin or usual) * float(turns.get(shaft, 0)) or first.torques.get(shaft, 0.0)

@@ -99,7 +99,7 @@ class Parts:
 
     def shafts(self) -> list[int]:
         """Return the shafts, without those that are coupled to another."""
-        return [shaft for shaft, of in sorted(self.rotor.items()) if shaft == of]
+        return [shaft for shaft, main in sorted(self.rotor.items()) if shaft == main]
 
     def shaft_of(self, component: Component) -> int | None:
         """Return the shaft that carries a component, by assembly or a coupling; a mistake where there is none."""
@@ -185,7 +185,7 @@ def _rotors(document: Document, findings: Findings) -> dict[int, int]:
             )
         if len(shafts) == 2:
             one, other = (rotor[end] for end in shafts)
-            rotor = {shaft: min(one, other) if of in (one, other) else of for shaft, of in rotor.items()}
+            rotor = {shaft: min(one, other) if main in (one, other) else main for shaft, main in rotor.items()}
             findings.add(
                 "assumed", coupling.label, "coupling", "rigid, one shaft", "stiffness of couplings is not used"
             )
@@ -203,8 +203,8 @@ def _engaged(document: Document, coupling: Component) -> bool:
         for unit in document.typed("gear_unit")
         if "gear_shift_index" in unit.attributes
     ]
-    at = int(index[0]) - 1 if index and str(index[0]).strip().isdigit() else 0
-    state = states[min(max(at, 0), len(states) - 1)] if states else True
+    position = int(index[0]) - 1 if index and str(index[0]).strip().isdigit() else 0
+    state = states[min(max(position, 0), len(states) - 1)] if states else True
     return str(state).lower() not in ("false", "0")
 
 

@@ -62,10 +62,10 @@ def frame_of(parts: Parts, component: Component, seen: tuple[int, ...] = ()) -> 
             f"{component.label}: reference_component_for_position = {int(reference)} is not in the file: correct it"
         )
         return None
-    under = frame_of(parts, base, (*seen, component.id))
-    if under is None:
+    reference_frame = frame_of(parts, base, (*seen, component.id))
+    if reference_frame is None:
         return Frame(origin, axes) if "support_vector" not in parts.values(base) else None
-    return Frame(under.origin + origin @ under.axes, axes @ under.axes)
+    return Frame(reference_frame.origin + origin @ reference_frame.axes, axes @ reference_frame.axes)
 
 
 def _axes(u: FloatArray, w: FloatArray) -> FloatArray | None:
@@ -106,7 +106,11 @@ def base_frame(parts: Parts, lines: Mapping[int, Line]) -> Frame | None:
 def shaft_lines(parts: Parts) -> dict[int, Line]:
     """Return the lines of all shafts that the file places, and of those that couplings or bearings join with others."""
     lines = _placed_lines(parts)
-    joints = [way for one, at, other, its in _joints(parts) for way in ((one, at, other, its), (other, its, one, at))]
+    joints = [
+        way
+        for one, coordinate, other, its in _joints(parts)
+        for way in ((one, coordinate, other, its), (other, its, one, coordinate))
+    ]
     reached = list(lines)
     for first in (None, *sorted({joint[0] for joint in joints})):
         if first is not None and first not in lines:
@@ -114,9 +118,9 @@ def shaft_lines(parts: Parts) -> dict[int, Line]:
             reached = [first]
         for known in reached:
             line = lines[known]
-            for near, along, far, its in joints:
+            for near, coordinate, far, its in joints:
                 if near == known and far not in lines:
-                    start = line.start + line.direction * (along - its)
+                    start = line.start + line.direction * (coordinate - its)
                     lines[far] = Line(line.axis, start, line.direction, placed=False)
                     reached.append(far)
     return lines
@@ -130,9 +134,9 @@ def _joints(parts: Parts) -> list[tuple[int, float, int, float]]:
         for relation in parts.document.related("side", "assembly", joint.id):
             for side in ("inner", "outer"):
                 end = relation.end(f"{side}_part")
-                along = values.number(f"u_coordinate_on_shaft_{side}_side", "m", low=-10.0, high=10.0)
-                if end in parts.rotor and along is not None:
-                    ends[side] = end, along
+                coordinate = values.number(f"u_coordinate_on_shaft_{side}_side", "m", low=-10.0, high=10.0)
+                if end in parts.rotor and coordinate is not None:
+                    ends[side] = end, coordinate
         if len(ends) == 2 and ends["inner"][0] != ends["outer"][0]:
             found.append((*ends["inner"], *ends["outer"]))
     return found
@@ -150,12 +154,12 @@ def _placed_lines(parts: Parts) -> dict[int, Line]:
     base = frames[min(frames)].axes
     lines = {}
     for shaft, frame in frames.items():
-        place, along = base @ frame.origin, base @ frame.axes[0]
-        if np.hypot(along[1], along[2]) > _PARALLEL:
+        place, direction = base @ frame.origin, base @ frame.axes[0]
+        if np.hypot(direction[1], direction[2]) > _PARALLEL:
             parts.findings.refuse(
                 f"{parts.document.components[shaft].label}: is not parallel to the first shaft: leave it out, "
                 "shafts of the chain are parallel"
             )
             continue
-        lines[shaft] = Line(place[1:], float(place[0]), 1 if along[0] > 0 else -1)
+        lines[shaft] = Line(place[1:], float(place[0]), 1 if direction[0] > 0 else -1)
     return lines

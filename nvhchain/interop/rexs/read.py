@@ -130,18 +130,18 @@ def _pairs(parts: Parts) -> list[tuple[Component, Component, Component]]:
 
 def _mates(pairs: list[tuple[Component, Component, Component]]) -> dict[int, tuple[Component, bool]]:
     """Return a mate of every gear in mesh, and True for gears of the other hand than the first of their train."""
-    beside: dict[int, list[Component]] = {}
+    mates: dict[int, list[Component]] = {}
     for _, one, other in pairs:
-        beside.setdefault(one.id, []).append(other)
-        beside.setdefault(other.id, []).append(one)
+        mates.setdefault(one.id, []).append(other)
+        mates.setdefault(other.id, []).append(one)
     found: dict[int, tuple[Component, bool]] = {}
-    for first in sorted(beside):
+    for first in sorted(mates):
         reached = [first] if first not in found else []
         for gear in reached:
-            found.setdefault(gear, (beside[gear][0], False))
-            for mate in beside[gear]:
+            found.setdefault(gear, (mates[gear][0], False))
+            for mate in mates[gear]:
                 if mate.id not in found:
-                    own = next(one for one in beside[mate.id] if one.id == gear)
+                    own = next(one for one in mates[mate.id] if one.id == gear)
                     found[mate.id] = own, not found[gear][1]
                     reached.append(mate.id)
     return found
@@ -205,7 +205,9 @@ def _stage(
     angle = values.number("rotating_angle_around_neg_u_axis", "rad")
     least, most = (values.number(f"{end}imum_normal_backlash", "m") for end in ("min", "max"))
     given = [value for value in (least, most) if value is not None]
-    across = [v for end in ("min", "max") if (v := values.number(f"{end}imum_transverse_backlash", "m")) is not None]
+    transverse = [
+        v for end in ("min", "max") if (v := values.number(f"{end}imum_transverse_backlash", "m")) is not None
+    ]
     stated = {name: value for key, (name, unit) in _RESULTS.items() if (value := values.number(key, unit))}
     for relation in parts.document.related("stage_gear_data", "stage", stage.id):
         end = relation.end("stage_gear_data")
@@ -220,7 +222,7 @@ def _stage(
         distance,
         angle,
         sum(given) / len(given) if given else None,
-        sum(across) / len(across) if across else None,
+        sum(transverse) / len(transverse) if transverse else None,
         values.number("sum_of_addendum_modification_coefficients"),
         stated,
     )

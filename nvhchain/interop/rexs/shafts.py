@@ -28,16 +28,17 @@ def place_on_shaft(
 
     Returns place (m); None where the file has none.
     """
-    along = parts.values(component).number(name, "m", low=-10.0, high=10.0)
+    coordinate = parts.values(component).number(name, "m", low=-10.0, high=10.0)
     line = lines.get(shaft)
-    heard = parts if along is None else replace(parts, findings=Findings())  # mistakes of a frame that is not needed
+    # mistakes of a frame that is not needed do not count
+    heard = parts if coordinate is None else replace(parts, findings=Findings())
     frame, base = frame_of(heard, component), base_frame(heard, lines)
     own = None if frame is None or base is None else float(base.axes[0] @ frame.origin)
-    if along is None:
+    if coordinate is None:
         return own
-    place = along if line is None else line.start + line.direction * along
+    place = coordinate if line is None else line.start + line.direction * coordinate
     if own is not None and line is not None and abs(own - place) > _SAME_PLACE:
-        text = f"{name} {1e3 * along:.6g} mm, support_vector {1e3 * line.direction * (own - line.start):.6g} mm"
+        text = f"{name} {1e3 * coordinate:.6g} mm, support_vector {1e3 * line.direction * (own - line.start):.6g} mm"
         parts.findings.add("differs", component.label, "place on the shaft", text, "the first one taken")
     return place
 
@@ -46,7 +47,7 @@ def read_shafts(parts: Parts, lines: Mapping[int, Line]) -> list[ImportedShaft]:
     """Return all shafts, those that are coupled as one."""
     found = []
     for shaft in parts.shafts():
-        members = [other for other, of in sorted(parts.rotor.items()) if of == shaft]
+        members = [other for other, main in sorted(parts.rotor.items()) if main == shaft]
         line = next((lines[member] for member in members if member in lines), None)
         for member in members:
             own = lines[member].axis if member in lines else None
@@ -73,8 +74,10 @@ def _masses(parts: Parts, shaft: int, lines: Mapping[int, Line]) -> list[Importe
     for part in parts.document.parts(shaft, "additional_mass"):
         values = parts.values(part)
         mass = values.number("mass_of_component", "kg", low=0.0, high=1e4)
-        polar, *across = (values.number(f"moment_of_inertia_{axis}_axis", "kg m²", low=0.0, high=1e4) for axis in "uvw")
-        given = [value for value in across if value]
+        polar, *stated_transverse = (
+            values.number(f"moment_of_inertia_{axis}_axis", "kg m²", low=0.0, high=1e4) for axis in "uvw"
+        )
+        given = [value for value in stated_transverse if value]
         z = place_on_shaft(parts, part, shaft, lines)
         if not mass and not polar:
             parts.findings.add("excluded", part.label, "additional mass", "0 kg", "neither mass nor inertia")
@@ -111,7 +114,7 @@ def _sections(parts: Parts, shaft: int, line: Line | None) -> list[Section]:
         reached = start + length
         if length < _SHORTEST:
             continue
-        if any(hole >= around for hole, around in zip(inner, outer, strict=True)):
+        if any(hole >= diameter for hole, diameter in zip(inner, outer, strict=True)):
             parts.findings.refuse(
                 f"{part.label}: inner diameter {1e3 * max(inner):g} mm is not below the outer one, "
                 f"{1e3 * min(outer):g} mm: correct one of them"
@@ -127,7 +130,7 @@ def _sections(parts: Parts, shaft: int, line: Line | None) -> list[Section]:
 def _ends(parts: Parts, part: Component, name: str) -> tuple[float, float] | None:
     """Return the diameters (m) at begin and end; one stands for both."""
     values = parts.values(part)
-    begin, end = (values.number(f"{name}_{at}", "m", low=0.0, high=10.0) for at in ("begin", "end"))
+    begin, end = (values.number(f"{name}_{side}", "m", low=0.0, high=10.0) for side in ("begin", "end"))
     begin = end if begin is None else begin
     end = begin if end is None else end
     return None if begin is None or end is None else (begin, end)

@@ -82,10 +82,10 @@ def _span(values: Values) -> tuple[float, int] | None:
 def _ball_size(values: Values) -> tuple[float, float, str] | None:
     """Return the dimension over balls or pins (m), their diameter (m) and their kind."""
     ball = values.number("diameter_of_measuring_ball_or_pin", "m", low=0.0, high=1.0)
-    for name, over in (("size_over_balls", "balls"), ("size_over_pins", "pins"), ("diametral_measurement", "balls")):
+    for name, gauge in (("size_over_balls", "balls"), ("size_over_pins", "pins"), ("diametral_measurement", "balls")):
         size = values.number(name, "m", low=0.0, high=20.0)
         if size and ball:
-            return size, ball, over
+            return size, ball, gauge
     return None
 
 

@@ -74,13 +74,13 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
     """
     path = Path(path)
     file = AbaqusFile(Parts(str(path)), unit_system(units))
-    in_step, steps, holding = False, 0, set()
+    step_open, steps, holding = False, 0, set()
     with damaged(path, lambda error: f"not an Abaqus input file at {file.reading}: {_FORM}: {error}"):
         for block in blocks(path):
             file.reading = f"*{block.name}"
-            in_step = (in_step or block.name == "STEP") and block.name != "END STEP"
+            step_open = (step_open or block.name == "STEP") and block.name != "END STEP"
             steps += block.name == "STEP"
-            if block.name == "BOUNDARY" and in_step:
+            if block.name == "BOUNDARY" and step_open:
                 holding.add(steps)
                 require(
                     len(holding) == 1,
@@ -93,7 +93,7 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
                 "those that are not there",
             )
             known = block.name in _READERS or block.name in _LATE or block.name in _PASSED_OVER
-            if not known and not in_step and block.name != "END STEP":
+            if not known and not step_open and block.name != "END STEP":
                 example = ", ".join(block.data[0]) if block.data else "no data"
                 raise InputError(
                     f"{path}: *{block.name} is not read (its first line is {example}): replace it by solids, shells, "

@@ -35,9 +35,9 @@ def read_surface(file: AbaqusFile, block: Block) -> None:
     """Read a surface of nodes or of element faces as a set of nodes."""
     nodes: list[int] = []
     faces: list[tuple[int, ...]] = []
-    by_nodes = block.get("TYPE", "ELEMENT").upper() == "NODE"
+    node_based = block.get("TYPE", "ELEMENT").upper() == "NODE"
     for row in block.data:
-        if by_nodes:
+        if node_based:
             nodes += file.labels(row[0], file.nsets)
             continue
         side = row[1].upper() if len(row) > 1 else ""
@@ -53,9 +53,9 @@ def read_surface(file: AbaqusFile, block: Block) -> None:
             corners = SIDES[KINDS[kind]][int(side[1]) - 1]
             place = [*corners]
             if len(members) > CORNERS[KINDS[kind]]:
-                around = [frozenset((a, corners[i - len(corners) + 1])) for i, a in enumerate(corners)]
+                face_edges = [frozenset((a, corners[i - len(corners) + 1])) for i, a in enumerate(corners)]
                 edges = [frozenset(edge) for edge in EDGES[KINDS[kind]]]
-                place += [CORNERS[KINDS[kind]] + edges.index(pair) for pair in around]
+                place += [CORNERS[KINDS[kind]] + edges.index(pair) for pair in face_edges]
             faces.append(tuple(members[i] for i in place))
     nodes += [node for face in faces for node in face]
     file.add(file.surfaces, block.get("NAME"), sorted(set(nodes)))

@@ -233,8 +233,8 @@ def motion(block: Block) -> Motion | None:
         return None
     shift = np.array(next((row for row in rows if len(row) <= 3), [0.0] * 3))
     turn = next((row for row in rows if len(row) > 3), [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
-    foot, along = np.array(turn[:3]), np.subtract(turn[3:6], turn[:3])
-    length = float(np.linalg.norm(along))
+    foot, axis = np.array(turn[:3]), np.subtract(turn[3:6], turn[:3])
+    length = float(np.linalg.norm(axis))
     require(length > 0, f"instance {block.get('NAME')} is turned about an axis between one point and itself: give two")
-    turned = Rotation.from_rotvec(turn[6] * along / length, degrees=True).as_matrix()
+    turned = Rotation.from_rotvec(turn[6] * axis / length, degrees=True).as_matrix()
     return lambda points: np.asarray((points + shift - foot) @ turned.T + foot)

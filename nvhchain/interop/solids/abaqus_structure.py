@@ -73,8 +73,8 @@ def read_transform(file: AbaqusFile, block: Block) -> None:
 def read_orientation(file: AbaqusFile, block: Block) -> None:
     """Read a rectangular coordinate system by points; others are kept without axes."""
     cells = [real(c) for c in (block.data[0] if block.data else []) if _is_number(c)]
-    by_points = block.get("DEFINITION", "COORDINATES").upper() == "COORDINATES" and len(cells) >= 6
-    if by_points and block.get("SYSTEM", "RECTANGULAR").upper().startswith("R"):
+    points_given = block.get("DEFINITION", "COORDINATES").upper() == "COORDINATES" and len(cells) >= 6
+    if points_given and block.get("SYSTEM", "RECTANGULAR").upper().startswith("R"):
         origin = np.array(cells[6:9]) if len(cells) >= 9 else np.zeros(3)
         axes = _two_points(
             np.array(cells[:3]) - origin, np.array(cells[3:6]) - origin, f"*ORIENTATION {block.get('NAME')}"
@@ -270,9 +270,9 @@ def _assign_beams(file: AbaqusFile, block: Block, group: str, where: str, labels
     for label in labels:
         nodes = file.elements.pop(label)[1]
         for a, b in ((nodes[0], nodes[1]),) if len(nodes) == 2 else ((nodes[0], nodes[1]), (nodes[1], nodes[2])):
-            along = np.subtract(file.parts.nodes[b], file.parts.nodes[a])
+            axis = np.subtract(file.parts.nodes[b], file.parts.nodes[a])
             # heights of I and BOX are along the second axis, t × n₁
-            own.add(label, (a, b), np.cross(along, normal) if upright else normal)
+            own.add(label, (a, b), np.cross(axis, normal) if upright else normal)
 
 
 def assign_truss(file: AbaqusFile, group: str, label: int, material: Material, area: float) -> None:
@@ -320,9 +320,9 @@ def _assign_spring(file: AbaqusFile, block: Block, where: str, label: int) -> No
     axes = file.orientations.get(orientation.upper(), np.eye(3))
     row = np.zeros((2, 2, 3))
     if kind == "springa2":
-        along = np.subtract(file.parts.nodes[nodes[1]], file.parts.nodes[nodes[0]])
-        require(bool(along.any()), f"{where}: element {label} joins nodes at one place: its direction is not known")
-        row[0, 0] = along / np.linalg.norm(along)
+        direction = np.subtract(file.parts.nodes[nodes[1]], file.parts.nodes[nodes[0]])
+        require(bool(direction.any()), f"{where}: element {label} joins nodes at one place: its direction is not known")
+        row[0, 0] = direction / np.linalg.norm(direction)
         row[1, 0] = -row[0, 0]
         powers = [0, 0]
     else:

@@ -107,12 +107,12 @@ def numbers(fields: list[str], known: Collection[int] | None = None) -> list[int
     i = 0
     while i < len(words):
         if words[i] == "THRU":
-            by = i + 2 < len(words) and words[i + 2] == "BY"
-            span = range(result.pop(), int(words[i + 1]) + 1, int(words[i + 3]) if by else 1)
+            stepped = i + 2 < len(words) and words[i + 2] == "BY"
+            span = range(result.pop(), int(words[i + 1]) + 1, int(words[i + 3]) if stepped else 1)
             if known is None and len(span) > _MOST_NUMBERS:
                 raise ValueError(f"THRU makes {len(span)} numbers, more than {_MOST_NUMBERS}")
             result += span if known is None else _known_in_range(span, known)
-            i += 4 if by else 2
+            i += 4 if stepped else 2
         else:
             result.append(int(words[i]))
             i += 1

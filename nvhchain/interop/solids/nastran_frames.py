@@ -45,15 +45,15 @@ class Frame:
         if self.kind == "R":
             return self.axes
         x, y, z = self.axes.T @ (point - self.origin)
-        across = np.hypot(x, y)
-        radial = np.array([x, y, 0.0]) / across if across > 0 else np.array([1.0, 0.0, 0.0])
-        around = np.array([-radial[1], radial[0], 0.0])
+        radius = np.hypot(x, y)
+        radial = np.array([x, y, 0.0]) / radius if radius > 0 else np.array([1.0, 0.0, 0.0])
+        tangential = np.array([-radial[1], radial[0], 0.0])
         if self.kind == "C":
-            local = np.column_stack([radial, around, [0.0, 0.0, 1.0]])
+            local = np.column_stack([radial, tangential, [0.0, 0.0, 1.0]])
         else:
-            reach = np.hypot(across, z)
-            out = (across * radial + [0.0, 0.0, z]) / reach if reach > 0 else np.array([0.0, 0.0, 1.0])
-            local = np.column_stack([out, np.cross(around, out), around])
+            reach = np.hypot(radius, z)
+            out = (radius * radial + [0.0, 0.0, z]) / reach if reach > 0 else np.array([0.0, 0.0, 1.0])
+            local = np.column_stack([out, np.cross(tangential, out), tangential])
         return np.asarray(self.axes @ local)
 
 
@@ -141,13 +141,13 @@ def _frame(name: str, card: list[str], frames: Mapping[int, Frame], grids: Mappi
         base = int(card[2] or 0)
         if base not in frames:
             return None
-        at = [real(x) if x else 0.0 for x in [*card[3:], *[""] * 9][:9]]  # blank is zero
-        a, b, c = (frames[base].place(np.array(at[i : i + 3])) for i in (0, 3, 6))
-    along, across = b - a, c - a
-    z = along / max(float(np.linalg.norm(along)), np.finfo(float).tiny)
-    x = across - z * (z @ across)
+        coordinates = [real(x) if x else 0.0 for x in [*card[3:], *[""] * 9][:9]]  # blank is zero
+        a, b, c = (frames[base].place(np.array(coordinates[i : i + 3])) for i in (0, 3, 6))
+    axis, plane = b - a, c - a
+    z = axis / max(float(np.linalg.norm(axis)), np.finfo(float).tiny)
+    x = plane - z * (z @ plane)
     size = float(np.linalg.norm(x))
-    if size <= _AXIS * float(np.linalg.norm(across)) or not np.linalg.norm(along) > 0:
+    if size <= _AXIS * float(np.linalg.norm(plane)) or not np.linalg.norm(axis) > 0:
         raise InputError(f"coordinate system {card[1]}: its three points lie on a line")
     x /= size
     return Frame(name[5], a, np.column_stack([x, np.cross(z, x), z]))

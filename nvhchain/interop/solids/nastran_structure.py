@@ -71,12 +71,12 @@ def read_shells(deck: Deck) -> None:
             )
             given = card[offset_field] if offset_field is not None else ""
             offset = length * real(given) if given else None
-            at_corners = [real(x) for x in card[thick : thick + corners] if x]
+            corner_thickness = [real(x) for x in card[thick : thick + corners] if x]
             require(
-                not at_corners or flag is None or not card[flag] or card[flag] == "0",
+                not corner_thickness or flag is None or not card[flag] or card[flag] == "0",
                 f"{where} scales its thickness (TFLAG): write the thickness itself",
             )
-            thickness = length * sum(at_corners) / len(at_corners) if at_corners else None
+            thickness = length * sum(corner_thickness) / len(corner_thickness) if corner_thickness else None
             deck.parts.structure.shells[card[2] or card[1]].add(int(card[1]), members, thickness, offset)
 
 
@@ -102,7 +102,7 @@ def _shell_sections(deck: Deck) -> None:
 
 
 def _beam_sections(deck: Deck) -> None:
-    L, per_length = deck.system.length, deck.mass * deck.system.mass / deck.system.length
+    L, line_mass = deck.system.length, deck.mass * deck.system.mass / deck.system.length
     keep = deck.parts.structure.beam_sections
     for where, card in deck.fields("PBAR"):
         area, z, y, torsion = (_number(x) for x in card[3:7])
@@ -110,7 +110,7 @@ def _beam_sections(deck: Deck) -> None:
             deck.materials(card[2], f"PBAR {card[1]}"),
             BeamSection(
                 area * L**2, z * L**4, y * L**4, torsion * L**4, _number(card[19]) * L**4,
-                _number(card[17]), _number(card[18]), _number(card[7]) * per_length,
+                _number(card[17]), _number(card[18]), _number(card[7]) * line_mass,
             ),
         )  # fmt: skip
         require(area > 0, f"{where} has no area")
@@ -128,43 +128,43 @@ def _beam_sections(deck: Deck) -> None:
             shape = section(kind, dimensions)
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
-        shape = BeamSection(**{**shape.__dict__, "extra_mass": extra * per_length})
+        shape = BeamSection(**{**shape.__dict__, "extra_mass": extra * line_mass})
         keep[card[1]] = (deck.materials(card[2], name), shape)
     for where, card in deck.fields("PBEAM"):
         keep[card[1]] = (deck.materials(card[2], f"PBEAM {card[1]}"), _tapered(deck, where, card))
     for where, card in deck.fields("PROD"):
         require(bool(card[3]), f"{where} has no area")
         bar = BeamSection(
-            real(card[3]) * L**2, 0.0, 0.0, _number(card[4]) * L**4, 0, 0, 0, _number(card[6]) * per_length
+            real(card[3]) * L**2, 0.0, 0.0, _number(card[4]) * L**4, 0, 0, 0, _number(card[6]) * line_mass
         )
         keep[card[1]] = (deck.materials(card[2], f"PROD {card[1]}"), bar)
     for where, card in deck.fields("PTUBE"):
         outer, wall = real(card[3]) / 2, _number(card[4])
         tube = section("TUBE", [L * outer, L * (outer - wall if wall else 0.0)])
-        bar = BeamSection(tube.area, 0.0, 0.0, tube.torsion, 0, 0, 0, _number(card[5]) * per_length)
+        bar = BeamSection(tube.area, 0.0, 0.0, tube.torsion, 0, 0, 0, _number(card[5]) * line_mass)
         keep[card[1]] = (deck.materials(card[2], where.split(": ")[-1]), bar)
 
 
 def _tapered(deck: Deck, where: str, card: list[str]) -> BeamSection:
     """Return the section of PBEAM, which must not change along the beam."""
-    L, per_length = deck.system.length, deck.mass * deck.system.mass / deck.system.length
+    L, line_mass = deck.system.length, deck.mass * deck.system.mass / deck.system.length
     area, z, y, product, torsion, extra = (_number(x) for x in card[3:9])
     require(area > 0, f"{where} has no area")
-    rest, at = card[9:] if card[9].upper() in ("YES", "YESA", "NO") else card[17:], 0
-    while at < len(rest) and rest[at].upper() in ("YES", "YESA", "NO"):
-        stress = rest[at].upper()
+    rest, index = card[9:] if card[9].upper() in ("YES", "YESA", "NO") else card[17:], 0
+    while index < len(rest) and rest[index].upper() in ("YES", "YESA", "NO"):
+        stress = rest[index].upper()
         # A, I1, I2, I12, J, NSM follow the place; blank is as before
-        for text, value in zip(rest[at + 2 : at + 8], (area, z, y, product, torsion, extra), strict=True):
+        for text, value in zip(rest[index + 2 : index + 8], (area, z, y, product, torsion, extra), strict=True):
             require(
                 not text or abs(real(text) - value) <= 0.01 * abs(value),
                 f"{where} changes along the beam: only constant sections are read, divide it",
             )
-        at += 8 if stress in ("NO", "YESA") else 16
-    shear_y, shear_z = (_number(x, 1.0) for x in (rest[at : at + 2] if at < len(rest) else ["", ""]))
-    axis = [x for x in rest[at + 8 : at + 16] if x and real(x) != 0.0]
+        index += 8 if stress in ("NO", "YESA") else 16
+    shear_y, shear_z = (_number(x, 1.0) for x in (rest[index : index + 2] if index < len(rest) else ["", ""]))
+    axis = [x for x in rest[index + 8 : index + 16] if x and real(x) != 0.0]
     require(not axis, f"{where} has its centre of gravity or neutral axis off the shear centre: use offsets instead")
     return BeamSection(
-        area * L**2, z * L**4, y * L**4, torsion * L**4, product * L**4, shear_y, shear_z, extra * per_length
+        area * L**2, z * L**4, y * L**4, torsion * L**4, product * L**4, shear_y, shear_z, extra * line_mass
     )
 
 
@@ -307,8 +307,8 @@ def _bushes(deck: Deck) -> None:
     laws = {}
     for where, card in deck.fields("PBUSH"):
         marked = next((i for i in range(2, len(card)) if card[i].upper() == "K"), None)
-        at = required(marked, f"{where} has no stiffness K")
-        laws[card[1]] = [_number(x) for x in card[at + 1 : at + 7]]
+        index = required(marked, f"{where} has no stiffness K")
+        laws[card[1]] = [_number(x) for x in card[index + 1 : index + 7]]
     units = force / L * np.array([1.0, 1.0, 1.0, L**2, L**2, L**2])
     for where, card in deck.fields("CBUSH"):
         require(card[2] in laws or card[1] in laws, f"{where}: PBUSH {card[2]} is not defined")
@@ -329,13 +329,13 @@ def _bushes(deck: Deck) -> None:
         deck.parts.structure.springs.append((int(card[1]), a, b, reach.T @ local @ reach))
 
 
-def _bush_axes(deck: Deck, where: str, card: list[str], along: FloatArray) -> FloatArray:
+def _bush_axes(deck: Deck, where: str, card: list[str], axis: FloatArray) -> FloatArray:
     """Return the axes (3, 3) of a bush as columns: of a system, by its direction, or those of the basic system."""
     if card[8]:
         frame = int(card[8])
         require(frame in deck.frames, f"{where} is in coordinate system {frame}, which is not defined")
         return deck.frames[frame].axes_at(deck.place(int(card[3])) / deck.system.length)
-    length = float(np.linalg.norm(along))
+    length = float(np.linalg.norm(axis))
     if length == 0:
         require(not any(card[5:8]), f"{where} has no length and a direction: give it a coordinate system (CID)")
         return np.eye(3)
@@ -344,8 +344,8 @@ def _bush_axes(deck: Deck, where: str, card: list[str], along: FloatArray) -> Fl
     else:
         direction = deck.axes(int(card[3])) @ np.array([_number(x) for x in card[5:8]])
         if not direction.any():
-            direction = normal_to(along)
-    x = along / length
+            direction = normal_to(axis)
+    x = axis / length
     z = np.cross(x, direction)
     require(bool(z.any()), f"{where}: its direction lies along its axis")
     z /= np.linalg.norm(z)
@@ -363,20 +363,24 @@ def _means(deck: Deck) -> None:
         weights: list[FloatArray] = []
         row: FloatArray | None = None
         words = [x for x in card[5:] if x]
-        at = 0
-        while at < len(words):
-            word = words[at].upper()
+        index = 0
+        while index < len(words):
+            word = words[index].upper()
             if word in ("UM", "ALPHA", "TREF"):
                 break
             if "." in word:
-                require(at + 1 < len(words), f"{where} has a weight without components")
+                require(index + 1 < len(words), f"{where} has a weight without components")
                 row = np.zeros(6)
-                row[[int(c) - 1 for c in words[at + 1]]] = real(word)
-                at += 2
+                row[[int(c) - 1 for c in words[index + 1]]] = real(word)
+                index += 2
                 continue
             row = required(row, f"{where}: its weights must be real numbers, with a decimal point")
-            own = numbers([word, *words[at + 1 : at + 3]]) if words[at + 1 : at + 2] == ["THRU"] else [int(word)]
-            at += 3 if len(own) > 1 else 1
+            own = (
+                numbers([word, *words[index + 1 : index + 3]])
+                if words[index + 1 : index + 2] == ["THRU"]
+                else [int(word)]
+            )
+            index += 3 if len(own) > 1 else 1
             if row[:3].min() != row[:3].max() or row[3:].any():
                 _basic_only(deck, own, where)
             members += own
@@ -440,12 +444,12 @@ def _relations(deck: Deck, chosen: int | None) -> None:
     for where, card in sets[chosen]:
         terms = []
         for start in range(2, len(card) - 2, 8):
-            for at in (start, start + 3):
-                if at + 2 < len(card) and card[at]:
-                    node = int(card[at])
-                    component, sign = deck.component(node, int(card[at + 1] or 1), where)
+            for index in (start, start + 3):
+                if index + 2 < len(card) and card[index]:
+                    node = int(card[index])
+                    component, sign = deck.component(node, int(card[index + 1] or 1), where)
                     # a shift is L times that of the file
-                    terms.append((node, component, sign * real(card[at + 2]) * (L if component > 2 else 1.0)))
+                    terms.append((node, component, sign * real(card[index + 2]) * (L if component > 2 else 1.0)))
         (node, component, first), *others = terms
         require(first != 0 and bool(others), f"{where} has no other motion, or a first coefficient of 0")
         deck.parts.structure.relations.append(

@@ -33,31 +33,31 @@ _ROOM = 1.02
 """Height or width of the picture of a scene over that of the scene."""
 
 
-def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.ndarray | None:
+def render(surface: Surface, colours: FloatArray, view_direction: FloatArray) -> np.ndarray | None:
     """Return a picture (height, width, 3) uint8 of `surface`, or None if this machine cannot render off screen.
 
     colours : (n_face, 3, 3) red, green, blue in 0 … 1 at the corners, without lighting.
-    towards : (3,) direction from the body to the viewer; y is up.
+    view_direction : (3,) direction from the body to the viewer; y is up.
     """
     corners = surface.vertices[surface.triangles]
-    image = render_scene([(corners, colours, 1.0)], [], towards, SURFACE_HEIGHT)
+    image = render_scene([(corners, colours, 1.0)], [], view_direction, SURFACE_HEIGHT)
     return None if image is None else trimmed(image)
 
 
 def render_scene(
     bodies: list[tuple[FloatArray, FloatArray, float]],
     strokes: list[tuple[FloatArray, FloatArray, float]],
-    towards: FloatArray,
+    view_direction: FloatArray,
     height: int,
 ) -> np.ndarray | None:
     """Return a picture (height, width, 3) uint8, or None if off-screen rendering fails; `picture_extent` is its extent.
 
     bodies : triangles (n, 3, 3), red, green, blue in 0 … 1 at their corners (n, 3, 3), and opacity.
     strokes : segments (m, 2, 3), their colour (3,), and width (pixels).
-    towards : (3,) direction from the bodies to the viewer; y is up.
+    view_direction : (3,) direction from the bodies to the viewer; y is up.
     height : pixels.
     """
-    scene: dict[str, np.ndarray] = {"towards": towards, "height": np.array(height)}
+    scene: dict[str, np.ndarray] = {"towards": view_direction, "height": np.array(height)}
     for number, (triangles, colours, opacity) in enumerate(bodies):
         scene[f"triangles{number}"] = triangles
         scene[f"colours{number}"] = np.round(255 * colours).astype(np.uint8)
@@ -71,18 +71,18 @@ def render_scene(
 
 
 def render_frames(
-    vertices: FloatArray, triangles: IntArray, colours: FloatArray, towards: FloatArray
+    vertices: FloatArray, triangles: IntArray, colours: FloatArray, view_direction: FloatArray
 ) -> np.ndarray | None:
     """Return pictures (n_frame, height, width, 3) uint8, all cropped alike, or None if off-screen rendering fails.
 
     vertices : (n_frame, n_v, 3) positions.
     triangles : (n_face, 3) corners.
     colours : (n_frame, 3 n_face, 3) red, green, blue in 0 … 1 at the corners.
-    towards : (3,) direction from the body to the viewer; y is up.
+    view_direction : (3,) direction from the body to the viewer; y is up.
     """
     scene = io.BytesIO()
     painted = np.round(255 * colours).astype(np.uint8)
-    np.savez(scene, vertices=vertices[:, triangles.ravel()], colours=painted, towards=towards)
+    np.savez(scene, vertices=vertices[:, triangles.ravel()], colours=painted, towards=view_direction)
     images = _exchanged(scene, 120.0 + 2.0 * len(vertices))
     return None if images is None else trimmed(images)
 
@@ -98,8 +98,8 @@ def picture_extent(
     left, right, low, high = extent
     aspect = shape[1] / shape[0]
     half = _half_height(right - left, high - low, aspect)
-    across, up = (left + right) / 2, (low + high) / 2
-    return across - half * aspect, across + half * aspect, up - half, up + half
+    centre_x, centre_y = (left + right) / 2, (low + high) / 2
+    return centre_x - half * aspect, centre_x + half * aspect, centre_y - half, centre_y + half
 
 
 def _half_height(wide: float, tall: float, aspect: float) -> float:
@@ -147,19 +147,19 @@ def _still(scene: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the picture of bodies and strokes."""
     import pyvista
 
-    towards, height = scene["towards"], int(scene["height"])
+    view_direction, height = scene["towards"], int(scene["height"])
     bodies = sum(name.startswith("triangles") for name in scene)
     strokes = sum(name.startswith("segments") for name in scene)
     points = np.concatenate(
         [scene[f"triangles{i}"].reshape(-1, 3) for i in range(bodies)]
         + [scene[f"segments{i}"].reshape(-1, 3) for i in range(strokes)]
     )
-    right = np.cross([0.0, 1.0, 0.0], towards)
+    right = np.cross([0.0, 1.0, 0.0], view_direction)
     right /= np.linalg.norm(right)
-    up = np.cross(towards, right) / np.linalg.norm(towards)
+    up = np.cross(view_direction, right) / np.linalg.norm(view_direction)
     wide, tall = np.ptp(points @ right), np.ptp(points @ up)
     middle = sum((0.5 * (np.max(points @ a) + np.min(points @ a)) * a for a in (right, up)), np.zeros(3))
-    depth = points @ towards / np.linalg.norm(towards)
+    depth = points @ view_direction / np.linalg.norm(view_direction)
     width = int(np.clip(height * wide / tall, 200, 4000))
     plotter = pyvista.Plotter(off_screen=True, window_size=[width, height])
     plotter.set_background("white")  # type: ignore[arg-type]
@@ -180,7 +180,7 @@ def _still(scene: Mapping[str, np.ndarray]) -> np.ndarray:
         plotter.enable_depth_peeling(8)  # type: ignore[arg-type]
     plotter.enable_anti_aliasing("ssaa")
     plotter.enable_parallel_projection()  # type: ignore[call-arg]
-    away = towards / np.linalg.norm(towards)
+    away = view_direction / np.linalg.norm(view_direction)
     plotter.camera.focal_point = middle + 0.5 * (depth.max() + depth.min()) * away
     plotter.camera.position = plotter.camera.focal_point + 2.0 * max(wide, tall, np.ptp(depth)) * away
     plotter.camera.up = (0.0, 1.0, 0.0)

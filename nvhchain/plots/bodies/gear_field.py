@@ -56,8 +56,8 @@ def gear_field(
     from them.
     """
     require(quantity in QUANTITIES, f"quantity = {quantity!r}: use {', '.join(QUANTITIES)}")
-    around = np.pi / 2 - field.mate_direction
-    rest, moved = _turned(field.nodes, around), _turned(field.displacement, around)
+    turn = np.pi / 2 - field.mate_direction
+    rest, moved = _turned(field.nodes, turn), _turned(field.displacement, turn)
     diameter = 2.0 * float(np.hypot(*field.nodes[:, :2].T).max())
     largest = float(np.linalg.norm(field.displacement, axis=1).max())
     if magnification is None:
@@ -76,10 +76,10 @@ def gear_field(
     contact = _contact_lines(field, rest, bent)
     for ax, elements in zip(drawn, (field.elements, _loaded_elements(field)), strict=True):
         surface = shell(len(rest), elements, field.kind)
-        here, at_rest = surface.extend_values(bent), surface.extend_values(rest)
+        here, rest_nodes = surface.extend_values(bent), surface.extend_values(rest)
         colours = np.asarray(scale.to_rgba(surface.extend_values(values)))[:, :3]
         body = Part(here[surface.triangles], colours[surface.triangles])
-        outline = Part(np.zeros((0, 3, 3)), np.zeros(3), lines=surface.outline(at_rest), width=1.2)
+        outline = Part(np.zeros((0, 3, 3)), np.zeros(3), lines=surface.outline(rest_nodes), width=1.2)
         draw_scene(ax, [body, outline], view=view, engine=engine)
         for line in contact:
             ax.plot(*view.seen(line).T, color=_CONTACT, linewidth=2.5)

@@ -51,9 +51,9 @@ def gearbox(
     drawn = panels(3, axes, columns=3, height=4.4, width=17.0, share="")
     walls, marked = _housing(housing)
     inside = View(elevation=0.4, azimuth=0.65)
-    around = replace(walls, opacity=_SEEN_THROUGH, ink="#9AA0A6")
+    transparent_walls = replace(walls, opacity=_SEEN_THROUGH, ink="#9AA0A6")
     turning = [*_gears(case, fidelity), *(_shaft(shaft) for shaft in case.shafts)]
-    draw_scene(drawn[0], [*turning, *marked, around], view=inside, engine=engine)
+    draw_scene(drawn[0], [*turning, *marked, transparent_walls], view=inside, engine=engine)
     drawn[0].set_title(f"{case.name}: gears, shafts and housing", loc="left")
     seats = {name: housing.nodes[nodes].mean(axis=0) for name, nodes in housing.seats.items()}
     middle = 0.5 * float(housing.nodes[:, 2].min() + housing.nodes[:, 2].max())
@@ -78,13 +78,13 @@ def _gears(case: GearboxCase, fidelity: GearFidelity) -> list[Part]:
     named = {gear.name: gear for gear in case.gears}
     turns: dict[str, float] = {}
     for stage, pair in zip(case.stages, case.pairs, strict=True):
-        across = axes[named[stage.wheel].shaft] - axes[named[stage.pinion].shaft]
-        direction = float(np.arctan2(across[1], across[0]))
+        centre_line = axes[named[stage.wheel].shaft] - axes[named[stage.pinion].shaft]
+        direction = float(np.arctan2(centre_line[1], centre_line[0]))
         # a pinion that is the wheel of another stage keeps its place, and this wheel follows
-        free, of_wheel = pair.tooth_angles(0.0)
+        free, wheel_angle = pair.tooth_angles(0.0)
         pinion = turns.setdefault(stage.pinion, direction + free)
         followed = (direction + free - pinion) * pair.pinion.geometry.teeth / pair.wheel.geometry.teeth
-        turns.setdefault(stage.wheel, direction + np.pi + of_wheel + followed)
+        turns.setdefault(stage.wheel, direction + np.pi + wheel_angle + followed)
     parts = []
     for number, gear in enumerate(case.gears):
         parts.append(

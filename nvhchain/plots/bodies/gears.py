@@ -26,7 +26,7 @@ LOADED = ("#E69F00", "#F3D06F")
 _WINDOW = 4.5
 """Half the edge of the close-up (normal modules)."""
 
-_ABOVE_ROOT = 0.1
+_ROOT_HEIGHT = 0.1
 """Height above the root circle from which a face belongs to its tooth (normal modules)."""
 
 _SLICES = 24
@@ -96,9 +96,9 @@ def gear_pair(
     ]
     draw_scene(drawn[0], parts, view=view, engine=engine)
     _close_up(drawn[1], pair, parts, engine)
-    along_shafts = View(elevation=0.0, azimuth=0.0)
+    axial_view = View(elevation=0.0, azimuth=0.0)
     for line in _lines_of_contact(pair, lines, turns[1]):
-        drawn[1].plot(*along_shafts.seen(line).T, color=CONTACT, linewidth=3.0, marker="o", markersize=3.0)
+        drawn[1].plot(*axial_view.seen(line).T, color=CONTACT, linewidth=3.0, marker="o", markersize=3.0)
     titles = [
         f"{name}: teeth {_listed(_touching_teeth(lines, gear, body))} in contact"
         for gear, (name, body) in enumerate(zip(names, bodies, strict=True))
@@ -149,7 +149,7 @@ def gear_part(
         x, y, z = np.moveaxis(mesh.nodes[used].mean(axis=1), -1, 0)
         number = np.round((np.arctan2(y, x) - gear.twist * z) / gear.pitch_angle).astype(int) % gear.teeth
         marked = np.isin(number, [tooth % gear.teeth for tooth in teeth])
-        marked &= np.hypot(x, y) > gear.root_radius + _ABOVE_ROOT * gear.normal_module
+        marked &= np.hypot(x, y) > gear.root_radius + _ROOT_HEIGHT * gear.normal_module
         colours[marked] = to_rgb(mark)
     return Part(
         nodes[surface.triangles],

@@ -140,21 +140,21 @@ class Part:
     ink: str = "#303030"
     width: float = 1.5
 
-    def lit(self, towards: FloatArray) -> FloatArray:
+    def lit(self, view_direction: FloatArray) -> FloatArray:
         """Return the colours (n, 3, 3) at the corners under light from above the viewer's left."""
         a, b, c = self.triangles.transpose(1, 0, 2)
         normal = np.cross(b - a, c - a)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-        shade = lighting(normal, towards, 0.74)
+        shade = lighting(normal, view_direction, 0.74)
         colours = np.asarray(self.colours, float)
         spread = colours[:, None] if colours.ndim == 2 else colours
         return np.broadcast_to(spread, self.triangles.shape) * shade[:, None, None]
 
 
-def lighting(normals: FloatArray, towards: FloatArray, darkest: float) -> FloatArray:
+def lighting(normals: FloatArray, view_direction: FloatArray, darkest: float) -> FloatArray:
     """Return the brightness (n,), `darkest` to 1, of faces by their normals (n, 3) under light from the upper left."""
-    side = np.cross([0.0, 1.0, 0.0], towards)
-    light = towards - 0.6 * side / np.linalg.norm(side) + np.array([0.0, 0.5, 0.0])
+    side = np.cross([0.0, 1.0, 0.0], view_direction)
+    light = view_direction - 0.6 * side / np.linalg.norm(side) + np.array([0.0, 0.5, 0.0])
     return np.asarray(darkest + (1.0 - darkest) * np.clip(normals @ (light / np.linalg.norm(light)), 0.0, 1.0))
 
 

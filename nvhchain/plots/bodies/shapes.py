@@ -160,14 +160,14 @@ def _pictures(
 
 
 def _shaded(
-    state: FloatArray, vertices: FloatArray, surface: Surface, smooth: sp.csr_matrix, towards: FloatArray
+    state: FloatArray, vertices: FloatArray, surface: Surface, smooth: sp.csr_matrix, view_direction: FloatArray
 ) -> FloatArray:
     """Return colours (3 n_face, 3) at the corners of a state in −1 … 1, mildly lit from above the viewer's left."""
     colour = np.asarray(colormaps[COLOUR_MAP](0.5 + 0.5 * (smooth @ state)))[:, :3]
     corners = vertices[surface.triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal = smooth @ (normal / np.linalg.norm(normal, axis=1, keepdims=True))
-    return np.asarray(colour * lighting(normal, towards, 0.55)[:, None])
+    return np.asarray(colour * lighting(normal, view_direction, 0.55)[:, None])
 
 
 def _drawn(corners: FloatArray, colours: FloatArray, box: tuple[FloatArray, FloatArray], view: View) -> np.ndarray:

@@ -80,11 +80,11 @@ def corner_means(surface: Surface) -> sp.csr_matrix:
     A corner takes the mean of the faces around it that go on without a crease.
     """
     owner, vertex = np.repeat(np.arange(len(surface.triangles)), 3), surface.triangles.ravel()
-    at = sp.csr_matrix((np.ones(len(owner)), (np.arange(len(owner)), vertex)))
-    beside = sp.coo_matrix(at @ sp.csr_matrix((np.ones(len(owner)), (vertex, owner))))
-    corner, face = beside.row, beside.col
+    corner_vertices = sp.csr_matrix((np.ones(len(owner)), (np.arange(len(owner)), vertex)))
+    neighbours = sp.coo_matrix(corner_vertices @ sp.csr_matrix((np.ones(len(owner)), (vertex, owner))))
+    corner, face = neighbours.row, neighbours.col
     alike = np.einsum("ka,ka->k", surface.normals[owner[corner]], surface.normals[face]) > _CREASE
-    means = sp.csr_matrix((surface.areas[face[alike]], (corner[alike], face[alike])), shape=beside.shape)
+    means = sp.csr_matrix((surface.areas[face[alike]], (corner[alike], face[alike])), shape=neighbours.shape)
     return sp.csr_matrix(sp.diags(1 / np.asarray(means.sum(axis=1)).ravel()) @ means)
 
 

@@ -64,14 +64,16 @@ def line_differences(first: FieldPressure, second: FieldPressure) -> LineDiffere
     """
     found: dict[float, list[tuple[float, complex]]] = {}
     turning = min(first.input_speed, second.input_speed) > 0
-    for place, of in enumerate((first, second)):
-        gain = 10 ** (levels.a_weighting(np.maximum(of.frequency, 1e-3)) / 20)
-        key = of.frequency / (of.input_speed / (2 * np.pi)) if turning else of.frequency
-        for at, f, p in zip(key.tolist(), of.frequency.tolist(), (gain * of.pressure[:, 0]).tolist(), strict=True):
-            found.setdefault(round(at, 6), [(np.nan, 0j), (np.nan, 0j)])[place] = (f, p)
+    for place, field in enumerate((first, second)):
+        gain = 10 ** (levels.a_weighting(np.maximum(field.frequency, 1e-3)) / 20)
+        key = field.frequency / (field.input_speed / (2 * np.pi)) if turning else field.frequency
+        for line, f, p in zip(
+            key.tolist(), field.frequency.tolist(), (gain * field.pressure[:, 0]).tolist(), strict=True
+        ):
+            found.setdefault(round(line, 6), [(np.nan, 0j), (np.nan, 0j)])[place] = (f, p)
     order = np.array(sorted(found))
-    frequency = np.array([[f for f, _ in found[at]] for at in order.tolist()])
-    pressure = np.array([[p for _, p in found[at]] for at in order.tolist()])
+    frequency = np.array([[f for f, _ in found[line]] for line in order.tolist()])
+    pressure = np.array([[p for _, p in found[line]] for line in order.tolist()])
     energy = np.abs(pressure) ** 2
     return LineDifference(order, frequency, pressure, (energy[:, 1] - energy[:, 0]) / _mean(energy.sum(axis=0)))
 
@@ -105,14 +107,14 @@ def causes(first: Result, second: Result) -> list[dict[str, Any]]:
     ]
     lines: list[dict[str, Any]] = []
     for line in strongest.tolist():
-        of = [by.get(float(f), ({}, {})) for by, f in zip(split, found.frequency[line], strict=True)]
+        both = [run_parts.get(float(f), ({}, {})) for run_parts, f in zip(split, found.frequency[line], strict=True)]
         gain = [_gain(f) for f in found.frequency[line]]
         energy = np.abs(found.pressure[line]) ** 2
         scale = found.part[line] / (energy[1] - energy[0]) if energy[1] != energy[0] else 0.0
         kinds = {
             kind: split_difference(
                 found.pressure[line],
-                [{name: g * p for name, p in each[number].items()} for g, each in zip(gain, of, strict=True)],
+                [{name: g * p for name, p in each[number].items()} for g, each in zip(gain, both, strict=True)],
                 scale,
             )
             for number, kind in enumerate(("paths", "modes"))
@@ -126,7 +128,7 @@ def causes(first: Result, second: Result) -> list[dict[str, Any]]:
                 **kinds,
             }
         )
-    rest = float(found.part.sum() - sum(of["part_db"] for of in lines))
+    rest = float(found.part.sum() - sum(cause["part_db"] for cause in lines))
     return [*lines, {"order": None, "part_db": rest, "lines": len(found.order) - len(lines)}]
 
 
@@ -142,7 +144,7 @@ def run_up_causes(
     maps : (Waterfall, Waterfall) waterfalls against order.
     """
     total = REFERENCE_PRESSURE**2 * 10 ** (np.array(levels_dBA) / 10)
-    energy = np.array([_order_energies(of, orders).sum(axis=0) for of in maps])
+    energy = np.array([_order_energies(waterfall, orders).sum(axis=0) for waterfall in maps])
     part = (energy[1] - energy[0]) / _mean(total)
     shown = np.argsort(-np.abs(part), kind="stable")[:LINES]
     found: list[dict[str, Any]] = [
@@ -154,26 +156,29 @@ def run_up_causes(
         }
         for i in shown.tolist()
     ]
-    rest = levels_dBA[1] - levels_dBA[0] - sum(of["part_db"] for of in found)
-    near = _speed_part(maps, [of["order"] for of in found], rest, _mean(total))
-    left = {"order": None, "part_db": float(rest - sum(of["part_db"] for of in near)), "lines": None}
-    return [*sorted([*found, *near], key=lambda of: -abs(of["part_db"])), left]
+    rest = levels_dBA[1] - levels_dBA[0] - sum(cause["part_db"] for cause in found)
+    near = _speed_part(maps, [cause["order"] for cause in found], rest, _mean(total))
+    left = {"order": None, "part_db": float(rest - sum(cause["part_db"] for cause in near)), "lines": None}
+    return [*sorted([*found, *near], key=lambda cause: -abs(cause["part_db"])), left]
 
 
 def _speed_part(
-    maps: tuple[Waterfall, Waterfall], orders: Sequence[float], rest: float, per_db: float
+    maps: tuple[Waterfall, Waterfall], orders: Sequence[float], rest: float, decibel_energy: float
 ) -> list[dict[str, Any]]:
     """Return the part (dB) of sound outside the orders about one speed; empty where it is less than half of the rest.
 
     It is at most the rest, as windows do not reach the ends of a record, whose sound then counts too little. Empty for
     different ramps, too.
 
-    per_db : energy per decibel.
+    decibel_energy : energy per decibel.
     """
-    if abs(rest) < LEAST_PART or not _same_speeds(*(of.input_speed for of in maps)):
+    if abs(rest) < LEAST_PART or not _same_speeds(*(waterfall.input_speed for waterfall in maps)):
         return []
-    before, after = (_energies(of).sum(axis=1) / WINDOW_BANDWIDTH - _order_energies(of, orders).sum(1) for of in maps)
-    part = (after - before) / per_db
+    before, after = (
+        _energies(waterfall).sum(axis=1) / WINDOW_BANDWIDTH - _order_energies(waterfall, orders).sum(1)
+        for waterfall in maps
+    )
+    part = (after - before) / decibel_energy
     first, last = _narrowest(np.sign(rest) * part)
     if not 0.5 * abs(rest) <= np.sign(rest) * part[first:last].sum():
         return []
@@ -198,31 +203,35 @@ def _narrowest(energy: FloatArray) -> tuple[int, int]:
 
 def named_or_lasting(curves: Sequence[Curve], maps: Sequence[Waterfall], marks: OrderMarks) -> list[float]:
     """Return the orders of curves that gears make or that last: vibration near one speed is none, unless no gear is."""
-    orders = [of.order for of in curves if of.order is not None]
-    return [of for of in orders if not marks.mesh or order_name(of, marks.mesh, marks.slots) or _lasting(maps, of)]
+    orders = [curve.order for curve in curves if curve.order is not None]
+    return [
+        order
+        for order in orders
+        if not marks.mesh or order_name(order, marks.mesh, marks.slots) or _lasting(maps, order)
+    ]
 
 
 def _lasting(maps: Sequence[Waterfall], order: float) -> bool:
     """Return False for an order with most of its energy about one speed in all maps."""
-    for of in maps:
-        energy = _order_energies(of, [order])[:, 0]
+    for waterfall in maps:
+        energy = _order_energies(waterfall, [order])[:, 0]
         first, last = _narrowest(energy)
         if energy[first:last].sum() < 0.5 * energy.sum():
             return True
     return False
 
 
-def _order_energies(of: Waterfall, orders: Sequence[float]) -> FloatArray:
+def _order_energies(waterfall: Waterfall, orders: Sequence[float]) -> FloatArray:
     """Return what every window adds to the A-weighted mean square of orders (n_window, n)."""
-    return _energies(of, np.array([np.abs(of.axis - order).argmin() for order in orders], dtype=int))
+    return _energies(waterfall, np.array([np.abs(waterfall.axis - order).argmin() for order in orders], dtype=int))
 
 
-def _energies(of: Waterfall, lines: Any = slice(None)) -> FloatArray:
+def _energies(waterfall: Waterfall, lines: Any = slice(None)) -> FloatArray:
     """Return what every window adds to the A-weighted mean square (n_window, n) of lines over the time of a run-up."""
-    turns = of.input_speed / (2 * np.pi)
-    gain = 10 ** (levels.a_weighting(np.maximum(np.outer(turns, of.axis[lines]), 1e-3)) / 10)
+    turns = waterfall.input_speed / (2 * np.pi)
+    gain = 10 ** (levels.a_weighting(np.maximum(np.outer(turns, waterfall.axis[lines]), 1e-3)) / 10)
     seconds = 1.0 / np.maximum(turns, 1e-9)
-    return np.asarray(seconds[:, None] / seconds.sum() * 0.5 * np.abs(of.amplitude[:, lines]) ** 2 * gain)
+    return np.asarray(seconds[:, None] / seconds.sum() * 0.5 * np.abs(waterfall.amplitude[:, lines]) ** 2 * gain)
 
 
 def split_difference(
@@ -239,7 +248,7 @@ def split_difference(
         return []
     pressure = pressure.reshape(2, -1)
     none = np.zeros(pressure.shape[1], complex)
-    both = np.array([[np.atleast_1d(of.get(name, none)) for of in parts] for name in names])
+    both = np.array([[np.atleast_1d(design.get(name, none)) for design in parts] for name in names])
     part = scale * ((both[:, 1] - both[:, 0]) * np.conj(pressure.sum(axis=0))).real.sum(axis=1)
     chosen = np.argsort(-np.abs(part), kind="stable")[:PARTS]
     total = scale * float((np.abs(pressure[1]) ** 2 - np.abs(pressure[0]) ** 2).sum())
@@ -263,7 +272,10 @@ def _split(
     if parts is None:
         return {}
     parts = parts[0], renamed(parts[1], names or {})
-    paths, modes = ([dict(zip(of.names, line.tolist(), strict=True)) for line in of.pressure[:, 0]] for of in parts)
+    paths, modes = (
+        [dict(zip(contributions.names, line.tolist(), strict=True)) for line in contributions.pressure[:, 0]]
+        for contributions in parts
+    )
     return {float(f): (paths[i], {} if names is None else modes[i]) for i, f in enumerate(lines)}
 
 

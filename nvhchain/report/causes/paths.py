@@ -64,7 +64,7 @@ def line_parts(
 
     frequency : (n,) lines of the run (Hz), rising.
     """
-    rows = [np.abs(of.frequency[:, None] - frequency).argmin(axis=0) for of in (pressure, forces)]
+    rows = [np.abs(spectrum.frequency[:, None] - frequency).argmin(axis=0) for spectrum in (pressure, forces)]
     lines = forces.frequency[rows[1]]
     heard = pressure.pressure[rows[0]]
     if np.abs(pressure.frequency[rows[0]] - lines).max() > 1e-6 * lines.max():

@@ -68,7 +68,7 @@ def order_speeds(forces: BearingForces, order: float, low: float, high: float) -
         return np.zeros(0)
     angle = cumulative_trapezoid(forces.input_speed, forces.time, initial=0.0)
     time = np.linspace(forces.time[0], forces.time[-1], SPEEDS + 2)[1:-1]
-    turned, speed = (np.interp(time, forces.time, of) for of in (angle, forces.input_speed))
+    turned, speed = (np.interp(time, forces.time, signal) for signal in (angle, forces.input_speed))
     frequency = order * speed / (2 * np.pi)
     inside = (turned >= np.pi * TURNS) & (turned <= angle[-1] - np.pi * TURNS) & (frequency > 0)
     return np.unique(speed[inside & (frequency >= low) & (frequency <= high)])
@@ -120,17 +120,17 @@ def add_parts(lines: Sequence[dict[str, Any]], first: Result, second: Result) ->
     Orders whose steady parts disagree with the records have none.
     """
     names = joint_names(first, second)
-    return [of if of["order"] is None else of | _parts(of, first, second, names) for of in lines]
+    return [line if line["order"] is None else line | _parts(line, first, second, names) for line in lines]
 
 
 def _parts(
-    of: dict[str, Any], first: Result, second: Result, names: tuple[dict[str, str], dict[str, str]] | None
+    line: dict[str, Any], first: Result, second: Result, names: tuple[dict[str, str], dict[str, str]] | None
 ) -> dict[str, Any]:
     """Return the modes and paths of an order's part in a difference; empty without them.
 
     names : names of the modes of both → names in the comparison; None to leave out the modes.
     """
-    found = [result_parts(run, of["order"]) for run in (first, second)]
+    found = [result_parts(run, line["order"]) for run in (first, second)]
     if found[0] is None or found[1] is None:
         return {}
     before, after = found[0], found[1]
@@ -140,11 +140,11 @@ def _parts(
     gain = 10 ** (levels.a_weighting(before[0].frequency) / 20)
     total = np.array([gain * each[0].total[:, 0] for each in (before, after)])
     mean = (np.abs(total) ** 2).mean(axis=1)
-    energy = [0.0 if level is None else 10 ** (level / 10) for level in of["levels_dBA"]]
+    energy = [0.0 if level is None else 10 ** (level / 10) for level in line["levels_dBA"]]
     steady = float(mean[1] - mean[0]) / (2 * REFERENCE_PRESSURE**2)
     if not steady or not 1 / AGREEMENT < (energy[1] - energy[0]) / steady < AGREEMENT:
         return {}
-    scale = of["part_db"] / float(mean[1] - mean[0]) / total.shape[1]
+    scale = line["part_db"] / float(mean[1] - mean[0]) / total.shape[1]
     paths = [_named_pressures(each[0], gain) for each in (before, after)]
     parts = {"paths": split_difference(total, paths, scale)}
     if names is None:

@@ -69,13 +69,13 @@ def moving_bodies(
         here = [body for body in bodies if body.surface.content_hash == surface.content_hash]
         shapes, coordinates = _compressed([body.motion.reshape(len(lines), -1) for body in here])
         packs.append(_body(surface) | {"shapes": _quantised(shapes, "i2")})
-        for body, of in zip(here, coordinates, strict=True):
+        for body, body_coordinates in zip(here, coordinates, strict=True):
             runs.append(
                 {
                     "title": body.name,
                     "surface": number,
-                    "real": packed(of.real),
-                    "imag": packed(of.imag),
+                    "real": packed(body_coordinates.real),
+                    "imag": packed(body_coordinates.imag),
                     "values": {title: _quantised(values, "i1") for title, values in body.values.items()},
                 }
             )
@@ -87,7 +87,7 @@ def moving_bodies(
         "what": what,
         "chosen": chosen,
         "eye": _eye(bodies, chosen),
-        "colours": [vars(of) for of in colours],
+        "colours": [vars(scheme) for scheme in colours],
     }
     return Figure(caption, data, height=400, kind="motion")
 

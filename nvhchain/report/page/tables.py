@@ -62,7 +62,7 @@ def page_tables(folder: str | Path) -> list[PageTable]:
     found: list[PageTable] = []
     for name in SECTIONS:
         section = name.rpartition(".")[2]
-        parts = [of for block in section_module(name).blocks(stored) for of in _parts(block)]
+        parts = [part for block in section_module(name).blocks(stored) for part in _parts(block)]
         for number, (caption, rows) in enumerate(parts, start=1):
             end = f"-{number}" if len(parts) > 1 else ""
             found.append(PageTable(section[:_LONGEST_NAME] + end, caption, [_distinct(rows[0]), *rows[1:]]))
@@ -90,17 +90,17 @@ def write_tables(folder: str | Path, out: str | Path | None = None) -> list[Path
         from nvhchain.report.page._xlsxwriter import workbook
 
         tables = page_tables(folder)
-        return [write_output(place, workbook([(of.name, of.caption, of.rows) for of in tables]))]
+        return [write_output(place, workbook([(table.name, table.caption, table.rows) for table in tables]))]
     require(
         place.suffix.lower() not in FILES or place.is_dir(),
         f"--out {place}: name a folder for CSV files, or a workbook that ends in .xlsx",
     )
     tables = page_tables(folder)
     target, written = writable_folder(place, "out"), []
-    for of in tables:
+    for table in tables:
         text = StringIO()
-        csv.writer(text, lineterminator="\n").writerows(of.rows)
-        written.append(target / f"{of.name}.csv")
+        csv.writer(text, lineterminator="\n").writerows(table.rows)
+        written.append(target / f"{table.name}.csv")
         write_text(written[-1], text.getvalue())
     return written
 
@@ -146,7 +146,9 @@ def _map(figure: Figure) -> Iterator[tuple[str, list[list[str | float | None]]]]
     maps = [(trace, _values(trace["z"])) for trace in figure.data if trace["type"] == "heatmap"]
     if maps and max(len(z) for _, z in maps) <= MOST_POINTS:
         unit = _plain(figure.layout["coloraxis"]["colorbar"]["title"]["text"])
-        rows: list[list[str | float | None]] = [["name", *(_title(figure.layout, f"{of}axis") for of in "xy"), unit]]
+        rows: list[list[str | float | None]] = [
+            ["name", *(_title(figure.layout, f"{axis}axis") for axis in "xy"), unit]
+        ]
         for trace, z in maps:
             places = product(_values(trace["y"]), _values(trace["x"]))
             rows += [[_plain(trace["name"]), x, y, level] for (y, x), level in zip(places, z, strict=True)]
@@ -156,7 +158,7 @@ def _map(figure: Figure) -> Iterator[tuple[str, list[list[str | float | None]]]]
 def _panel(layout: Mapping[str, Any], trace: Mapping[str, Any]) -> str:
     """Return the title of the panel of a trace; empty for a figure of one."""
     own = f"{trace.get('xaxis', 'x')} domain"
-    return next((_plain(of["text"]) for of in layout.get("annotations", []) if of.get("xref") == own), "")
+    return next((_plain(note["text"]) for note in layout.get("annotations", []) if note.get("xref") == own), "")
 
 
 def _spectrum(data: Mapping[str, Any]) -> list[list[str | float | None]]:
@@ -166,7 +168,7 @@ def _spectrum(data: Mapping[str, Any]) -> list[list[str | float | None]]:
             "configuration",
             "frequency / Hz",
             "order",
-            *(f"{of}, dB re {data['reference']}" for of in data["points"]),
+            *(f"{point}, dB re {data['reference']}" for point in data["points"]),
         ]
     ]
     for run in data["runs"]:
@@ -181,7 +183,9 @@ def _title(layout: Mapping[str, Any], axis: str) -> str:
     own = layout.get(axis, {}).get("title", {}).get("text", "")
     if own:
         return _plain(own)
-    others = [of.get("title", {}).get("text", "") for name, of in layout.items() if name.startswith(axis[:5])]
+    others = [
+        settings.get("title", {}).get("text", "") for name, settings in layout.items() if name.startswith(axis[:5])
+    ]
     return _plain(next(filter(None, others), ""))
 
 
@@ -191,7 +195,7 @@ def _values(given: Any) -> list[str | float | None]:
         numbers = np.frombuffer(base64.b64decode(given["bdata"]), dtype=f"<{given['dtype']}")
         digits = np.finfo(numbers.dtype).precision + 1 if numbers.dtype.kind == "f" else 17
         return [float(f"{number:.{digits}g}") if np.isfinite(number) else None for number in numbers]
-    return [_plain(of) if isinstance(of, str) else None if of is None else float(of) for of in given]
+    return [_plain(value) if isinstance(value, str) else None if value is None else float(value) for value in given]
 
 
 def _read(path: Path) -> list[list[str | float | None]]:
@@ -205,11 +209,13 @@ def _typed(rows: Sequence[Sequence[str]]) -> list[list[str | float | None]]:
     columns: list[list[str | float | None]] = []
     for title, *cells in zip(*rows, strict=True):
         found = [_LIMITS.fullmatch(cell) for cell in cells]
-        if not any(found) or any(cell and not of for cell, of in zip(cells, found, strict=True)):
+        if not any(found) or any(cell and not limits for cell, limits in zip(cells, found, strict=True)):
             columns.append([title, *map(_value, cells)])
             continue
         for end, group in (("lower", 2), ("upper", 3)):
-            columns.append([f"{title}, {end}", *(_value(of[group]) if of and of[group] else None for of in found)])
+            columns.append(
+                [f"{title}, {end}", *(_value(limits[group]) if limits and limits[group] else None for limits in found)]
+            )
     return [list(row) for row in zip(*columns, strict=True)]
 
 

@@ -56,12 +56,13 @@ def _figure(rows: list[Mapping[str, Any]], cost: float) -> Figure:
     groups = list(dict.fromkeys(row["knob"].partition(".")[0] for row in rows))
     traces: list[dict[str, Any]] = []
     for number, group in enumerate(groups):
-        of = [row for row in rows if row["knob"].partition(".")[0] == group]
+        settings = [row for row in rows if row["knob"].partition(".")[0] == group]
         traces.append(
             {
-                "type": "scatter", "name": label(group), "x": rounded(map(_seconds, of)),
+                "type": "scatter", "name": label(group), "x": rounded(map(_seconds, settings)),
                 "mode": "markers+text" if len(rows) <= NAMED else "markers",
-                "y": rounded((max(abs(_worst(row)), 1e-4) for row in of), 5), "text": [label(_name(row)) for row in of],
+                "y": rounded((max(abs(_worst(row)), 1e-4) for row in settings), 5),
+                "text": [label(_name(row)) for row in settings],
                 "marker": {"color": colour(number), "symbol": SYMBOLS[number % len(SYMBOLS)], "size": 8},
                 "textposition": "top center", "cliponaxis": False,
                 "hovertemplate": "%{text}<br>%{x:.1f} s, %{y:.3g} dB<extra></extra>",

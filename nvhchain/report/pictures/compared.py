@@ -34,15 +34,15 @@ def surface_pictures(results: Mapping[str, Result], out: Path) -> Iterator[None]
     """
     moving = {name: result for name, result in results.items() if result.surface_velocity is not None}
     lines = {name: _loudest_line(result) for name, result in moving.items()}
-    with ThreadPoolExecutor(max_workers=1) as beside:
+    with ThreadPoolExecutor(max_workers=1) as executor:
         pictures = {
-            name: beside.submit(plots.rendered_surface, result.surface_velocity, line=lines[name])  # type: ignore[arg-type]
+            name: executor.submit(plots.rendered_surface, result.surface_velocity, line=lines[name])  # type: ignore[arg-type]
             for name, result in moving.items()
         }
         try:
             yield
         except BaseException:
-            beside.shutdown(wait=False, cancel_futures=True)
+            executor.shutdown(wait=False, cancel_futures=True)
             raise
         for name, picture in pictures.items():
             velocity, image = results[name].surface_velocity, picture.result()
@@ -69,10 +69,10 @@ def run_up_figures(results: Mapping[str, Result], out: Path) -> None:
     maps = run_up_maps(histories, marks, high=band)
     *pictures, levels_picture = RUN_UP
     for number, picture in enumerate(pictures):
-        drawn = {name: of[number] for name, of in maps.items()}
+        drawn = {name: waterfalls[number] for name, waterfalls in maps.items()}
         save(plots.waterfall_maps(drawn, unit="Pa", marks=marks), out / picture)
     profiles = {
-        name: {curve_title(of): (of.speed, of.level) for of in curves}
+        name: {curve_title(curve): (curve.speed, curve.level) for curve in curves}
         for name, curves in curves_of(maps, marks).items()
     }
     save(plots.levels_over_speed(profiles), out / levels_picture)
@@ -95,8 +95,8 @@ def steady_figures(results: Mapping[str, Result], curves: Mapping[str, Mapping[s
     if spectra:
         save(plots.bearing_force_spectra(spectra, marks=marks), bearings)
     errors: dict[str, dict[str, Any]] = {}
-    for name, of in curves.items():
-        for stage, curve in of.items():
+    for name, stage_curves in curves.items():
+        for stage, curve in stage_curves.items():
             errors.setdefault(stage, {})[name] = curve
     if errors:
         save(plots.transmission_errors(errors), transmission)
@@ -105,14 +105,14 @@ def steady_figures(results: Mapping[str, Result], curves: Mapping[str, Mapping[s
 def states_figure(maps: Mapping[str, SteadyMap], results: Mapping[str, Result], file: Path) -> None:
     """Draw levels over speed, and beside them the A-weighted spectra at the speed of the cases."""
     figure = Figure(figsize=(15.0, 5.0), layout="constrained")
-    over_speed, spectrum = figure.subplots(1, 2, width_ratios=(0.42, 0.58))
+    speed_axes, spectrum = figure.subplots(1, 2, width_ratios=(0.42, 0.58))
     place = next(iter(results.values())).case.field_points[0].name
     title = f"A-weighted sound pressure level at {place}, with 95 % limits, dB(A) re 20 µPa"
     plots.levels_over_speed(
-        {name: {title: (of.speed, of.level[0, :, 0])} for name, of in maps.items()},
+        {name: {title: (steady.speed, steady.level[0, :, 0])} for name, steady in maps.items()},
         dynamic_range=_RANGE,
-        limits={name: {title: of.limits[0, :, 0]} for name, of in maps.items()},
-        axes=[over_speed],
+        limits={name: {title: steady.limits[0, :, 0]} for name, steady in maps.items()},
+        axes=[speed_axes],
     )
     pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
     bands = {name: band for name in pressures if isinstance(band := results[name].error_band, ErrorBand)}
@@ -125,7 +125,7 @@ def states_figure(maps: Mapping[str, SteadyMap], results: Mapping[str, Result], 
     )
     speeds = sorted({_RPM * pressure.input_speed for pressure in pressures.values()})
     for speed in speeds:
-        over_speed.axvline(speed, color="#8C8C8C", linestyle=":", zorder=0)
-    at = " and ".join(f"{speed:.6g}" for speed in speeds)
-    spectrum.set_title(f"A-weighted lines at {at} rpm (dotted on the left)", loc="left")
-    save([over_speed, spectrum], file)
+        speed_axes.axvline(speed, color="#8C8C8C", linestyle=":", zorder=0)
+    speed_text = " and ".join(f"{speed:.6g}" for speed in speeds)
+    spectrum.set_title(f"A-weighted lines at {speed_text} rpm (dotted on the left)", loc="left")
+    save([speed_axes, spectrum], file)

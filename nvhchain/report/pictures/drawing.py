@@ -103,20 +103,24 @@ def draw(
     check_format(picture, SUFFIXES if kind in (ReducedHousing, SurfaceVelocity) else ())
     known: dict[type[HandOff], Callable[[Mapping[str, Any], bool], list[Axes]]] = {
         MeshLaw: _mesh_laws,
-        BearingForces: lambda of, orders: (
-            plots.transmission_error_history(of) if angle else _bearing_forces(of, orders, quantity)
+        BearingForces: lambda forces, orders: (
+            plots.transmission_error_history(forces) if angle else _bearing_forces(forces, orders, quantity)
         ),
-        ForceSpectrum: lambda of, _: plots.bearing_force_spectra(of),
-        GearField: lambda of, _: _gear_field(of, quantity),
-        ReducedHousing: lambda of, _: draw_housings(of, frequency),
-        SurfaceVelocity: lambda of, _: draw_velocities(of, frequency),
-        FieldPressure: lambda of, _: plots.pressure_spectrum(of),
-        SoundPower: lambda of, _: plots.power_spectrum(of),
-        RadiationEfficiency: lambda of, _: [plots.efficiency_spectrum(of)],
-        Directivity: lambda of, _: [
-            plots.directivity_polar(of, frequency) if frequency else plots.directivity_spectrum(of)
+        ForceSpectrum: lambda spectra, _: plots.bearing_force_spectra(spectra),
+        GearField: lambda fields, _: _gear_field(fields, quantity),
+        ReducedHousing: lambda housings, _: draw_housings(housings, frequency),
+        SurfaceVelocity: lambda velocities, _: draw_velocities(velocities, frequency),
+        FieldPressure: lambda pressures, _: plots.pressure_spectrum(pressures),
+        SoundPower: lambda powers, _: plots.power_spectrum(powers),
+        RadiationEfficiency: lambda efficiencies, _: [plots.efficiency_spectrum(efficiencies)],
+        Directivity: lambda directivities, _: [
+            plots.directivity_polar(directivities, frequency)
+            if frequency
+            else plots.directivity_spectrum(directivities)
         ],
-        PressureHistory: lambda of, orders: _maps({name: p.pressure for name, p in of.items()}, of, "Pa", orders),
+        PressureHistory: lambda histories, orders: _maps(
+            {name: p.pressure for name, p in histories.items()}, histories, "Pa", orders
+        ),
     }
     if kind not in known:
         raise InputError(f"{kind.__name__} has no figure: choose from {', '.join(k.__name__ for k in known)}")
@@ -170,8 +174,8 @@ def _bearing_forces(forces: Mapping[str, BearingForces], orders: bool, quantity:
         }
         return _maps(signals, dict(zip(signals, forces.values(), strict=True)), unit, orders)
     if orders and len({float(record.input_speed[0]) for record in forces.values()}) == len(forces) > 1:
-        per_turn = [2 * np.pi * record.sample_rate / float(record.input_speed[0]) for record in forces.values()]
-        high = min(HIGHEST_ORDER, min(per_turn) / BAND_MARGIN)
+        samples_per_turn = [2 * np.pi * record.sample_rate / float(record.input_speed[0]) for record in forces.values()]
+        high = min(HIGHEST_ORDER, min(samples_per_turn) / BAND_MARGIN)
         sweep = spectrum.sweep_waterfall(list(forces.values()), quantity, high=high)
         swept = replace(sweep, amplitude=factor * sweep.amplitude)
         title = f"{len(forces)} steady speeds" + _titled(next(iter(forces.values())), quantity)
@@ -182,8 +186,10 @@ def _bearing_forces(forces: Mapping[str, BearingForces], orders: bool, quantity:
         name: spectrum.force_spectrum(record, low=0.0, high=record.sample_rate / BAND_MARGIN)
         for name, record in forces.items()
     }
-    last = max(_last_line(of) for of in lines.values())
-    return plots.bearing_force_spectra({name: of.select(slice(last)) for name, of in lines.items()})
+    last = max(_last_line(line_spectrum) for line_spectrum in lines.values())
+    return plots.bearing_force_spectra(
+        {name: line_spectrum.select(slice(last)) for name, line_spectrum in lines.items()}
+    )
 
 
 def _titled(record: BearingForces, quantity: str) -> str:
@@ -205,9 +211,9 @@ def _steady_orders(forces: Mapping[str, BearingForces], quantity: str) -> list[A
     found = {}
     for name, record in forces.items():
         high = min(HIGHEST_ORDER, 2 * np.pi * record.sample_rate / float(record.input_speed[0]) / BAND_MARGIN)
-        of = spectrum.sweep_waterfall([record], quantity, high=high)
-        for mesh, line in zip(plots.mesh_names(record)[0], np.abs(of.amplitude[0]).T, strict=True):
-            found[f"{name}: {WORDS[quantity]} {mesh}"] = of.axis, line
+        sweep = spectrum.sweep_waterfall([record], quantity, high=high)
+        for mesh, line in zip(plots.mesh_names(record)[0], np.abs(sweep.amplitude[0]).T, strict=True):
+            found[f"{name}: {WORDS[quantity]} {mesh}"] = sweep.axis, line
     return plots.order_spectra(found, mesh_order=0.0, highest=max(float(axis[-1]) for axis, _ in found.values()))
 
 

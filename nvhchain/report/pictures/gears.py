@@ -45,17 +45,18 @@ def loaded_gear(
     angle: angle of the wheel of the stage (rad).
     """
     number = _stage_of(case, gear_name, stage)
-    pair, force, of = case.pairs[number], case.mesh_forces[number], case.stages[number]
+    pair, force, gear_stage = case.pairs[number], case.mesh_forces[number], case.stages[number]
     require(
         force > 0,
-        f"stage {of.name}: mesh force = {force:g} N: displacement and stress need a driving torque, input_torque > 0",
+        f"stage {gear_stage.name}: mesh force = {force:g} N: displacement and stress need a driving torque, "
+        "input_torque > 0",
     )
     engagement = gear.Engagement(pair, gear.pair_compliances(pair, fidelity.gear), fidelity.gear)
     loaded = gear.loaded_mesh(engagement, angle, force, guess=1e-9 * force)
     closing = gear.close_edges(engagement, loaded.deflection)
     if closing is not engagement:
         loaded = gear.loaded_mesh(closing, angle, force, guess=loaded.deflection)
-    end = gear.PINION if of.pinion == gear_name else gear.WHEEL
+    end = gear.PINION if gear_stage.pinion == gear_name else gear.WHEEL
     return gear.gear_field(pair, end, loaded, fidelity.gear)
 
 
@@ -64,16 +65,16 @@ def _drawn(case: GearboxCase, fidelity: Fidelity, stage: str | None, gear_name: 
     names = [item.name for item in case.stages]
     if stage is not None:
         require(stage in names, f"{case.name} has no stage {stage!r}: known: {', '.join(names)}")
-        of = case.stages[names.index(stage)]
+        gear_stage = case.stages[names.index(stage)]
         pair = case.pairs[names.index(stage)]
-        return plots.gear_pair(pair, fidelity.gear, angle=angle, names=(of.pinion, of.wheel))
+        return plots.gear_pair(pair, fidelity.gear, angle=angle, names=(gear_stage.pinion, gear_stage.wheel))
     if gear_name is not None:
         found = next((item for item in case.gears if item.name == gear_name), None)
         if found is None:
             raise InputError(f"{case.name} has no gear {gear_name!r}: known: {', '.join(g.name for g in case.gears)}")
         teeth = set()
-        for of, pair in zip(case.stages, case.pairs, strict=True):
-            for end, name in enumerate((of.pinion, of.wheel)):
+        for gear_stage, pair in zip(case.stages, case.pairs, strict=True):
+            for end, name in enumerate((gear_stage.pinion, gear_stage.wheel)):
                 if name == gear_name:
                     touching = gear.contact_lines(pair, angle, slices=1).tooth[end]
                     teeth |= {int(tooth) % found.geometry.teeth for tooth in touching}
@@ -86,11 +87,11 @@ def _stage_of(case: GearboxCase, gear_name: str, stage: str | None) -> int:
     """Return the index of the stage of a gear."""
     found = [
         i
-        for i, of in enumerate(case.stages)
-        if gear_name in (of.pinion, of.wheel) and (stage is None or of.name == stage)
+        for i, gear_stage in enumerate(case.stages)
+        if gear_name in (gear_stage.pinion, gear_stage.wheel) and (stage is None or gear_stage.name == stage)
     ]
     if not found:
-        known = ", ".join(f"{of.name} ({of.pinion}, {of.wheel})" for of in case.stages)
+        known = ", ".join(f"{gear_stage.name} ({gear_stage.pinion}, {gear_stage.wheel})" for gear_stage in case.stages)
         where = "" if stage is None else f" in stage {stage!r}"
         raise InputError(f"{case.name} has no gear {gear_name!r}{where}: known: {known}")
     require(

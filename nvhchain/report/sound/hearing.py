@@ -83,7 +83,9 @@ def hearing_sentences(name: str, entry: Mapping[str, Any]) -> list[str]:
         how = "the background has no energy in" if ratio is None else f"{ratio:.1f} dB over the background in"
         told.append(f"  {tone['name']} ({tone['frequency_hz']:.0f} Hz) is prominent: {how} its critical band")
     for order in entry.get("order_tones", []):
-        speeds = [speed for speed, of in zip(order["speed_rpm"], order["prominent"], strict=True) if of]
+        speeds = [
+            speed for speed, is_prominent in zip(order["speed_rpm"], order["prominent"], strict=True) if is_prominent
+        ]
         if speeds:
             where = f"{len(speeds)} of {len(order['speed_rpm'])} speeds, {min(speeds):.0f}…{max(speeds):.0f} rpm"
             told.append(f"  {order['name']} is prominent before the background at {where}")
@@ -127,7 +129,7 @@ def _entry(stored: Stored, run: StoredRun, background: Sound | None) -> dict[str
             "roughness_asper_in_time": heard.roughness_in_time,
         }
         curves |= _loudness_limits_in_time(run, sound, heard)
-        found |= {name: [round(float(value), 4) for value in of] for name, of in curves.items()}
+        found |= {name: [round(float(value), 4) for value in curve] for name, curve in curves.items()}
         return found | ({} if background is None else {"order_tones": _order_tones(stored, run, background)})
     if background is not None:
         noise = background.resampled(sound.rate).pressure
@@ -154,7 +156,7 @@ def _loudness_limits_in_time(run: StoredRun, sound: Sound, heard: Hearing) -> di
     chosen = slice(None, None, -(-len(rows) // SPEEDS))
     middles = (duration * (np.arange(len(rows)) + 0.5) / len(rows))[chosen]
     rows = rows[chosen]
-    ends = np.array([[np.nan if end is None else end - of["level_dBA"] for end in of["limits_dBA"]] for of in rows])
+    ends = np.array([[np.nan if end is None else end - row["level_dBA"] for end in row["limits_dBA"]] for row in rows])
     gains = np.where(np.isnan(ends), [-np.inf, 0.0], ends)
     ratios = loudness_ratios(sound, middles, gains)
     return {
@@ -174,7 +176,7 @@ def _order_tones(stored: Stored, run: StoredRun, background: Sound) -> list[dict
         frequency = cut.order * cut.speed / (2 * pi)
         judged = np.flatnonzero((frequency >= LOWEST) & (frequency <= HIGHEST) & (cut.level > least))
         judged = judged[:: -(-len(judged) // SPEEDS)] if len(judged) else judged
-        tones = [tone_prominence(float(frequency[at]), float(cut.level[at]), background) for at in judged]
+        tones = [tone_prominence(float(frequency[index]), float(cut.level[index]), background) for index in judged]
         columns: dict[str, Any] = {
             "speed_rpm": 30 / pi * cut.speed[judged],
             "tone_to_noise_dB": [noise_ratio(tone.tone_to_noise) for tone in tones],
@@ -184,7 +186,7 @@ def _order_tones(stored: Stored, run: StoredRun, background: Sound) -> list[dict
             continue
         found.append(
             {"name": cut.name, "order": cut.order, "prominent": [tone.prominent for tone in tones]}
-            | {name: rounded(of) for name, of in columns.items()}
+            | {name: rounded(column) for name, column in columns.items()}
         )
     return found
 
@@ -192,7 +194,7 @@ def _order_tones(stored: Stored, run: StoredRun, background: Sound) -> list[dict
 def _tones(stored: Stored, run: StoredRun, background: Sound) -> list[dict[str, Any]]:
     """Return the prominence of the strongest lines before the background, with limits."""
     lines = run.summary.get("orders", [])
-    edges = {round(of["frequency_hz"], 6): of["limits_db"] for of in run.summary.get("lines", [])}
+    edges = {round(line["frequency_hz"], 6): line["limits_db"] for line in run.summary.get("lines", [])}
     judged = [line for line in lines if LOWEST <= line["frequency_hz"] <= HIGHEST]
     judged.sort(key=lambda line: -line["level_db"])
     least = judged[0]["level_db"] - LEAST_RANGE if judged else 0.0

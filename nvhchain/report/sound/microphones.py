@@ -82,8 +82,8 @@ class RunWaves:
         radius = radius or max(1.0, 2.0 * NEAREST * source_dimension(surface, plane))
         elevation = np.linspace(0.0, np.pi, _ELEVATIONS)
         azimuth = np.linspace(0.0, 2 * np.pi, _AZIMUTHS + 1)
-        polar, around = np.meshgrid(elevation, azimuth, indexing="ij")
-        unit = np.stack([np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), np.cos(polar)], axis=2)
+        polar, azimuths = np.meshgrid(elevation, azimuth, indexing="ij")
+        unit = np.stack([np.sin(polar) * np.cos(azimuths), np.sin(polar) * np.sin(azimuths), np.cos(polar)], axis=2)
         points = centre + radius * unit.reshape(-1, 3)
         if plane is not None:  # the lower half repeats the upper one
             below = plane.height(points) < 0
@@ -234,7 +234,7 @@ def _array_power(waves: RunWaves, pressure: FieldPressure, standard: str, radius
     air, half = waves.resistance.air, waves.resistance.plane is not None
     measured = acoustics.array_power(array, distance, air, reflecting_plane=half)
     whole = cast(SoundPower, waves.run.hand_off("sound_power", SoundPower))
-    level, exact = (float(levels.overall_power(of.frequency, of.power)) for of in (measured, whole))
+    level, exact = (float(levels.overall_power(power.frequency, power.power)) for power in (measured, whole))
     return (
         f"{waves.run.name}: sound power {level:.1f} dB(A) re 1 pW by {standard} at {distance:.3g} m, {exact:.1f} dB(A) "
         "by the waves"
@@ -249,7 +249,7 @@ def _balloon(waves: RunWaves, radius: float | None) -> list[str]:
     level = levels.decibel(pressure.pressure)
     head = ["x / m", "y / m", "z / m", *(f"{frequency:.6g} Hz / dB" for frequency in pressure.frequency)]
     rows = [
-        ",".join([*(f"{x:.6g}" for x in place), *(f"{of:.2f}" for of in row)])
+        ",".join([*(f"{x:.6g}" for x in place), *(f"{decibels:.2f}" for decibels in row)])
         for place, row in zip(pressure.points, level.T, strict=True)
     ]
     write_text(path.with_suffix(".csv"), "\n".join([",".join(head), *rows]) + "\n")

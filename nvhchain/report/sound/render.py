@@ -32,7 +32,7 @@ def render_sounds(
     *,
     point: str | None = None,
     only: Sequence[float] = (),
-    without: Sequence[float] = (),
+    excluded: Sequence[float] = (),
     background: str | Path | None = None,
     full_scale: float = 1.0,
     seconds: float = 4.0,
@@ -48,17 +48,17 @@ def render_sounds(
     Raises InputError if there is no pressure, the microphone or an order is unknown, or the background cannot be
     read.
     """
-    require(not (only and without), "orders are both kept and excluded: give one of them")
+    require(not (only and excluded), "orders are both kept and excluded: give one of them")
     stored = stored_results(Path(folder))
     heard = [run for run in stored.runs if run.pressure is not None or run.pressure_history is not None]
     remedy = "ask for `pressure` in the case" if stored.finished else "run it to its end"
     require(bool(heard), f"{folder} holds no sound pressure: {remedy}")
-    orders = [f"{order:g}" for order in (*only, *without)]
-    words = [*(["only"] if only else ["without"] if without else []), *orders, *(["background"] if background else [])]
+    orders = [f"{order:g}" for order in (*only, *excluded)]
+    words = [*(["only"] if only else ["without"] if excluded else []), *orders, *(["background"] if background else [])]
     found = []
     for run in heard:
         source, number = _point(run, point)
-        sound = _filtered(source, number, only, without, seconds)
+        sound = _filtered(source, number, only, excluded, seconds)
         if background is not None:
             sound = _mixed(sound, background, full_scale, stored.folder)
         ends = [*([point.replace(" ", "_")] if point else []), *words]
@@ -68,7 +68,7 @@ def render_sounds(
         found.append((write_wav(sound, path, title=title), sound))
         if universal:
             names = run.points if source is _source(run) else added_names(run)  # those that stand beside the chosen one
-            signals = [_filtered(source, at, only, without, seconds) for at in range(len(source.points))]
+            signals = [_filtered(source, index, only, excluded, seconds) for index in range(len(source.points))]
             write_pressure_uff(_history(source, signals), path.with_suffix(".unv"), names=names)
             lines = source if isinstance(source, FieldPressure) else run.pressure
             if lines is not None:
@@ -83,7 +83,7 @@ def _history(source: FieldPressure | PressureHistory, signals: Sequence[Sound]) 
         speed = np.interp(time, source.time - source.time[0], source.input_speed)
     else:
         speed = np.full(len(time), source.input_speed)
-    return PressureHistory(time, source.points, np.stack([of.pressure for of in signals], axis=1), speed)
+    return PressureHistory(time, source.points, np.stack([sound.pressure for sound in signals], axis=1), speed)
 
 
 def _point(run: StoredRun, name: str | None) -> tuple[FieldPressure | PressureHistory, int]:
@@ -112,24 +112,24 @@ def _filtered(
     pressure: FieldPressure | PressureHistory,
     point: int,
     only: Sequence[float],
-    without: Sequence[float],
+    excluded: Sequence[float],
     seconds: float,
 ) -> Sound:
     """Return the sound of a configuration with the wanted orders."""
     if isinstance(pressure, PressureHistory):
-        return _filtered_run_up(pressure, point, only, without)
+        return _filtered_run_up(pressure, point, only, excluded)
     if only:
         pressure = filter_orders(pressure, only)
-    if without:
-        pressure = filter_orders(pressure, without, remove=True)
+    if excluded:
+        pressure = filter_orders(pressure, excluded, remove=True)
     return steady_sound(pressure, point=point, seconds=seconds)
 
 
-def _filtered_run_up(history: PressureHistory, point: int, only: Sequence[float], without: Sequence[float]) -> Sound:
-    if not (only or without):
+def _filtered_run_up(history: PressureHistory, point: int, only: Sequence[float], excluded: Sequence[float]) -> Sound:
+    if not (only or excluded):
         return run_up_sound(history, point=point)
     part = np.zeros(len(history.time))
-    for order in (*only, *without):
+    for order in (*only, *excluded):
         part += order_track(history, order, point=point).pressure(history.time)
     signal = part if only else history.pressure[:, point] - part
     return run_up_sound(history.replace(points=history.points[point : point + 1], pressure=signal[:, None]))

@@ -60,9 +60,11 @@ def target_sentence(name: str, target: Mapping[str, Any]) -> str:
     word = "passes" if target["passed"] else "fails"
     place = f" at {target['at']}" if target["at"] else ""
     margin = target["margin_dB"]
-    by = "silence" if margin is None else f"{abs(margin):.1f} dB {'below' if margin >= 0 else 'above'} it{place}"
+    margin_text = (
+        "silence" if margin is None else f"{abs(margin):.1f} dB {'below' if margin >= 0 else 'above'} it{place}"
+    )
     asked = "" if target["required_confidence"] == 0.5 else f", {percent(target['required_confidence'])} asked for"
-    return f"{name} {word} target {target['name']}: {by}, confidence {percent(target['confidence'])}{asked}"
+    return f"{name} {word} target {target['name']}: {margin_text}, confidence {percent(target['confidence'])}{asked}"
 
 
 def percent(share: float) -> str:
@@ -83,7 +85,7 @@ def _entry(target: Target, points: Sequence[_Judged]) -> dict[str, Any]:
         return common | {"passed": None, "points": []}
     least = min(points, key=lambda one: (one.confidence, one.target - one.level))
     worst = min(points, key=lambda one: one.target - one.level)
-    at = (
+    place = (
         ""
         if not common["axis"]
         else f"{30 / pi * worst.axis:.0f} rpm"
@@ -93,7 +95,7 @@ def _entry(target: Target, points: Sequence[_Judged]) -> dict[str, Any]:
     return common | {
         "passed": bool(least.confidence >= target.confidence),
         "margin_dB": None if worst.level <= SILENT_LEVEL else worst.target - worst.level,
-        "at": at,
+        "at": place,
         "confidence": least.confidence,
         "confidence_bound": max(0.0, 1.0 - sum(1.0 - one.confidence for one in points)),
         "points": [
@@ -145,7 +147,7 @@ def _further(target: Target, points: Sequence[_Judged], states: Mapping[str, Any
         return
     torque = getattr(case, "static_torque", 0.0)
     rows = zip(states["torque_Nm"], states["level_dBA"], states["limits_dBA"], strict=True)
-    found = [(levels, limits) for of, levels, limits in rows if isclose(of, torque)]
+    found = [(levels, limits) for row_torque, levels, limits in rows if isclose(row_torque, torque)]
     for levels, limits in found[:1]:
         for rpm, level, (low, high) in zip(states["speed_rpm"], levels, limits, strict=True):
             speed = rpm * pi / 30
@@ -162,7 +164,7 @@ def _run_up_points(target: Target, band: RunUpBand, place: int, result: Result) 
         return
     assert result.pressure_history is not None
     windows = window_levels(result.pressure_history, band, high=result.case.band.high, place=place)  # type: ignore[union-attr]
-    for speed, level, (low, high) in zip(*(of.tolist() for of in windows), strict=True):
+    for speed, level, (low, high) in zip(*(column.tolist() for column in windows), strict=True):
         if target.input_speed[0] <= speed <= target.input_speed[-1]:
             yield _Judged(speed, level, (low, high), _interpolated(target.input_speed, target.level, speed))
 
@@ -205,5 +207,5 @@ def _overall(band: ErrorBand, place: int) -> tuple[float, tuple[float, float]]:
     return float(band.level[place]), (float(low), float(high))
 
 
-def _interpolated(axis: Sequence[float], values: Sequence[float], at: float) -> float:
-    return float(np.interp(at, axis, values))
+def _interpolated(axis: Sequence[float], values: Sequence[float], position: float) -> float:
+    return float(np.interp(position, axis, values))

@@ -51,7 +51,7 @@ def _ranked(results: Results) -> Figure | None:
     if len(ranked) < 2 or results.study.is_series:
         return None
     rows = ranked[:MOST_RANKED]
-    trace = _points(results, rows, "", "#0072b2", across=True)
+    trace = _points(results, rows, "", "#0072b2", horizontal=True)
     layout = axes(unit_of(main), "", yaxis={"type": "category", "autorange": "reversed"}, showlegend=False)
     count = f"The {len(rows)} lowest of {len(ranked)}" if len(rows) < len(ranked) else "All"
     caption = f"{count} designs by number and values{', with 95 % limits' if _has_limits(rows, main) else ''}."
@@ -81,20 +81,20 @@ def _pareto(results: Results) -> Figure | None:
     )
 
 
-def _points(results: Results, rows: list[Row], name: str, colour: str, *, across: bool = False) -> dict[str, Any]:
-    """Return designs in the pair of responses, or the main response of each `across` the figure."""
-    y, x = (str(results.main), "") if across else results.pair or ("", "")
+def _points(results: Results, rows: list[Row], name: str, colour: str, *, horizontal: bool = False) -> dict[str, Any]:
+    """Return designs in the pair of responses, or the main response of each if `horizontal`."""
+    y, x = (str(results.main), "") if horizontal else results.pair or ("", "")
     texts = [label(design_text(results.study, row)) for row in rows]
     short = [label(_short_name(row)) for row in rows]
     trace: dict[str, Any] = {
         "type": "scatter",
         "mode": "markers",
         "name": name,
-        ("y" if across else "x"): short if across else [row.responses[x] for row in rows],
-        ("x" if across else "y"): significant(row.responses[y] for row in rows),
+        ("y" if horizontal else "x"): short if horizontal else [row.responses[x] for row in rows],
+        ("x" if horizontal else "y"): significant(row.responses[y] for row in rows),
         "marker": {"color": colour, "size": 8},
         "customdata": [f"design {row.design}: {text}" for row, text in zip(rows, texts, strict=True)],
-        "hovertemplate": "%{customdata}<br>" + ("%{x:.4g}" if across else "%{x:.4g}, %{y:.4g}") + "<extra></extra>",
+        "hovertemplate": "%{customdata}<br>" + ("%{x:.4g}" if horizontal else "%{x:.4g}, %{y:.4g}") + "<extra></extra>",
     }
     if _has_limits(rows, y):
         lengths = [
@@ -102,7 +102,7 @@ def _points(results: Results, rows: list[Row], name: str, colour: str, *, across
             for row in rows
         ]
         longest = OPEN * max((each for both in lengths for each in both if each is not None), default=0.0)
-        trace["error_x" if across else "error_y"] = {
+        trace["error_x" if horizontal else "error_y"] = {
             "type": "data",
             "symmetric": False,
             "array": significant(longest if high is None else high for _, high in lengths),

@@ -50,8 +50,8 @@ def blocks(results: Results) -> list[Any]:
     places = [[str(row.design), *point_texts(row)] for _, row in shown]
     head = ["design", *titles, *points, *first[0]]
     cells = [
-        [of[0], *(text_of(row.values[name]) for name in parameters), *of[1:], *first[1](index, row)]
-        for of, (index, row) in zip(places, shown, strict=True)
+        [place[0], *(text_of(row.values[name]) for name in parameters), *place[1:], *first[1](index, row)]
+        for place, (index, row) in zip(places, shown, strict=True)
     ]
     text = "A click on a title sorts."
     if results.differences:
@@ -63,10 +63,10 @@ def blocks(results: Results) -> list[Any]:
     found: list[Any] = [Text(text, "small"), Table(head, cells, numbers=1 + len(parameters), sortable=True)]
     while others:
         part, others = others[:MOST_RESPONSES], others[MOST_RESPONSES:]
-        head = ["design", *points, *(title for of in part for title in of[0])]
+        head = ["design", *points, *(title for column in part for title in column[0])]
         cells = [
-            [*of, *(cell for _, texts in part for cell in texts(index, row))]
-            for of, (index, row) in zip(places, shown, strict=True)
+            [*place, *(cell for _, texts in part for cell in texts(index, row))]
+            for place, (index, row) in zip(places, shown, strict=True)
         ]
         caption = f"{part[0][0][0]} to {part[-1][0][0]}" if len(part) > 1 else part[0][0][0]
         found.append(Table(head, cells, caption, folded=True, sortable=True))

@@ -61,7 +61,7 @@ class Relation:
 
     def end(self, role: str) -> int | None:
         """Return the component in a role, or None."""
-        return next((component for of, component in self.refs if of == role), None)
+        return next((component for own_role, component in self.refs if own_role == role), None)
 
 
 @dataclass(frozen=True)

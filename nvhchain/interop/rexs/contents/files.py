@@ -208,16 +208,16 @@ def _document(
     listed = list(cases)
     several = len({str(spectrum) for spectrum, *_ in listed}) > 1
     for spectrum, key, entries in listed:
-        of = {}
+        case_attributes = {}
         for number, _, attributes in entries:
             end = whole(number, "id of a component", path)
             if end in parts:
-                of[end] = named(parts[end].type, attributes)
+                case_attributes[end] = named(parts[end].type, attributes)
         name = str(whole(len(loads) + 1 if key is None else key, "id of a load case", path))
         name = f"{spectrum}.{name}" if several else name
         if any(load.name == name for load in loads):
             raise FileFormatError(f"{path}: load case {name} is there twice: give each case, or spectrum, its own id")
-        loads.append(LoadCase(name, of))
+        loads.append(LoadCase(name, case_attributes))
     return Document(
         f"{numbers[0]}.{numbers[1]}",
         str(application or "an unnamed program"),

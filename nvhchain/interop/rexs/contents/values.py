@@ -102,14 +102,14 @@ class Values:
             if unit == "m" and any(part in name for part in _SMALL):
                 return 1e-6
             named = {"load_rating": 1e3, "time_fraction": 0.01}
-            return next((by for end, by in named.items() if name.endswith(end)), _USUAL.get(unit, 1.0))
+            return next((scale for end, scale in named.items() if name.endswith(end)), _USUAL.get(unit, 1.0))
         if given not in UNITS:
             text = f"the unit {attribute.unit!r} is none of REXS: correct it, first at"
             if not any(mistake.startswith(text) for mistake in self._findings.mistakes):
                 self._findings.refuse(f"{text} {name} of {self.component.label}")
             return None
-        of, factor = UNITS[given]
-        if of != unit:
+        given_unit, factor = UNITS[given]
+        if given_unit != unit:
             self._findings.refuse(
                 f"{self.component.label}: {name} is in {attribute.unit!r}, which is no unit for {unit or 'a ratio'}: "
                 "correct it"

@@ -129,9 +129,9 @@ def _targets(stored: Stored) -> list[str]:
 def _steady_speeds(stored: Stored) -> Figure | None:
     """Return the levels over more than one steady speed; the difference of two designs over speed and torque."""
     states = stored_states(stored)
-    if not states or any(len(of["speed_rpm"]) == 1 for of in states.values()):
+    if not states or any(len(steady["speed_rpm"]) == 1 for steady in states.values()):
         return None
-    if all(len(of["torque_Nm"]) == 1 for of in states.values()):
+    if all(len(steady["torque_Nm"]) == 1 for steady in states.values()):
         return steady_speed_curves(stored, height=HEIGHT)
     return difference_maps(states, height=HEIGHT) if len(states) == 2 else None
 
@@ -141,10 +141,10 @@ def _assumed(stored: Stored) -> list[str]:
     given = stored.summary.get("assumptions") or {}
     found = [f"{name}: {sentence}" for name, sentences in given.items() for sentence in sentences]
     excluded: dict[str, list[str]] = {}
-    for name, of in stored.summary.get("modelling", {}).items():
+    for name, decision in stored.summary.get("modelling", {}).items():
         effects = [
             f"{each['option'].replace('_', ' ')} {levels.number_text(each['level_db'], '+.1f')} dB"
-            for each in of["options"]
+            for each in decision["options"]
             if not each["modelled"] and abs(each.get("level_db", 0.0)) >= AUDIBLE
         ]
         if effects:
@@ -201,9 +201,9 @@ def _speed(stored: Stored) -> str:
 
 def _turned(stored: Stored, quiet: str, second: str) -> str:
     """Return at how many speeds of run-ups, or steady states, the quieter design is the louder one; empty at none."""
-    of = {run.name: run.summary for run in stored.runs}
-    if all("over_speed" in of[name] for name in (quiet, second)):
-        _, difference = speed_difference(of[quiet], of[second])
+    summaries = {run.name: run.summary for run in stored.runs}
+    if all("over_speed" in summaries[name] for name in (quiet, second)):
+        _, difference = speed_difference(summaries[quiet], summaries[second])
         louder = int((difference > 0).sum())
         return f", but louder at {louder} of {len(difference)} speeds" if louder else ""
     states = stored_states(stored)
@@ -224,9 +224,9 @@ def _single(stored: Stored) -> list[str]:
         else []
     )
     for run in stored.runs:
-        for quantity, of in run.summary.get("other_quantities", {}).items():
+        for quantity, entry in run.summary.get("other_quantities", {}).items():
             name, unit = UNITS.get(quantity, (quantity.replace("_", " "), "dB"))
-            found.append(f"{run.name}: {name} {format_level(of['level'], unit, of['limits'])}")
+            found.append(f"{run.name}: {name} {format_level(entry['level'], unit, entry['limits'])}")
     if not stored.finished:
         found.append("The run has not ended, or it failed. The page holds the results that are in its folder.")
     if len(stored.runs) > 1:
@@ -244,12 +244,12 @@ def _single(stored: Stored) -> list[str]:
                 f"  {name if turns else f'{frequency[line]:.0f} Hz'}: {levels.number_text(level[line])} dB(A), "
                 f"{100 * energy[line] / energy.sum():.0f} % of the energy"
             )
-    for quantity, of in run.summary.get("highest", {}).items():
+    for quantity, entry in run.summary.get("highest", {}).items():
         name, unit = quantity.rsplit(", ", 1)
-        text = f"{levels.number_text(of['level_db'])} {unit}"
-        if "limits_db" in of:
-            text = format_level(of["level_db"], unit, of["limits_db"])
-        found.append(f"  {name}: at most {text}, at {of['speed_rpm']:.0f} rpm")
+        text = f"{levels.number_text(entry['level_db'])} {unit}"
+        if "limits_db" in entry:
+            text = format_level(entry["level_db"], unit, entry["limits_db"])
+        found.append(f"  {name}: at most {text}, at {entry['speed_rpm']:.0f} rpm")
     return found
 
 
@@ -290,12 +290,12 @@ def _bands(stored: Stored) -> Figure | None:
         return None
     found: dict[int, dict[int, float]] = {}
     for number, _, pressure in steady:
-        of = levels.octave_bands(pressure.frequency, pressure.pressure[:, 0], weighted=True)
-        numbers = np.rint(10 * np.log10(of.middle)).astype(int)
-        found[number] = dict(zip(numbers.tolist(), of.level.tolist(), strict=True))
-    top = max(max(of.values()) for of in found.values())
+        third_octaves = levels.octave_bands(pressure.frequency, pressure.pressure[:, 0], weighted=True)
+        numbers = np.rint(10 * np.log10(third_octaves.middle)).astype(int)
+        found[number] = dict(zip(numbers.tolist(), third_octaves.level.tolist(), strict=True))
+    top = max(max(band_levels.values()) for band_levels in found.values())
     floor = float(5 * np.floor(top / 5) - 45)
-    bands = sorted({band for of in found.values() for band, level in of.items() if level > floor})
+    bands = sorted({band for band_levels in found.values() for band, level in band_levels.items() if level > floor})
     bands = list(range(bands[0], bands[-1] + 1)) if bands else []
     names, hover = [_nominal(band) for band in bands], "%{x} Hz: %{customdata} dB(A)"
     traces = [

@@ -22,7 +22,9 @@ def blocks(stored: Stored) -> list[Any]:
 
 def _options(stored: Stored) -> list[Any]:
     """Return the decision of the options, and the estimate of each."""
-    decisions = {run.name: of for run in stored.runs if (of := stored.summary.get("modelling", {}).get(run.name))}
+    decisions = {
+        run.name: decision for run in stored.runs if (decision := stored.summary.get("modelling", {}).get(run.name))
+    }
     rows = [
         (
             name,
@@ -32,8 +34,8 @@ def _options(stored: Stored) -> list[Any]:
             number_text(each["level_db"], "+.1f") if "level_db" in each else "",
             f"{each['distance_db']:.1f}" if "distance_db" in each else each["note"],
         )
-        for name, of in decisions.items()
-        for each in of["options"]
+        for name, decision in decisions.items()
+        for each in decision["options"]
     ]
     if not rows:
         return []
@@ -65,8 +67,10 @@ def _values(stored: Stored) -> list[Any]:
 def value_rows(stored: Stored) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return the titles and rows of a table of all values: a path, then a text for each stored case."""
     values = {run.name: run.case["values"] for run in stored.runs if run.case.get("values")}
-    paths = list(dict.fromkeys(path for of in values.values() for path in of))
-    return ("value", *values), [(path, *(_text(of, path) for of in values.values())) for path in paths]
+    paths = list(dict.fromkeys(path for case_values in values.values() for path in case_values))
+    return ("value", *values), [
+        (path, *(_text(case_values, path) for case_values in values.values())) for path in paths
+    ]
 
 
 def differing(rows: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:

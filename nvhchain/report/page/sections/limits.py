@@ -63,5 +63,5 @@ def _narrower(run: StoredRun) -> str:
     told = remedy(str(parts[0]["source"])) if parts else ""
     if not told:
         return ""
-    at = "" if speed is None else f" The parts are those at {speed:.0f} rpm, where its limits are widest."
-    return f"{run.name}: most of the width is from {parts[0]['source']}; {told}.{at}"
+    speed_remark = "" if speed is None else f" The parts are those at {speed:.0f} rpm, where its limits are widest."
+    return f"{run.name}: most of the width is from {parts[0]['source']}; {told}.{speed_remark}"

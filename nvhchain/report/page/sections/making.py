@@ -34,7 +34,9 @@ def blocks(stored: Stored) -> list[Any]:
             step = str(provenance.get("stage", kind)).split("_stage")[0]
             knobs.setdefault(step, json.dumps(provenance["fidelity"], indent=1, ensure_ascii=False))
     names = dict.fromkeys(
-        str(of) for of in (stored.summary.get("fidelity"), *(run.case.get("fidelity") for run in stored.runs)) if of
+        str(fidelity)
+        for fidelity in (stored.summary.get("fidelity"), *(run.case.get("fidelity") for run in stored.runs))
+        if fidelity
     )
     found: list[Any] = [Text(f"Fidelity: {', '.join(names)}.")] if names else []
     if rows:

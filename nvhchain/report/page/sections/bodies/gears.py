@@ -25,19 +25,19 @@ def blocks(stored: Stored) -> list[Any]:
     if not drawn:
         return []
     first = drawn[0][2]
-    stages = list(dict.fromkeys(name for _, _, of in drawn for name in of["stages"]))
+    stages = list(dict.fromkeys(name for _, _, drawings in drawn for name in drawings["stages"]))
     titles = [f"{run.name}: {stage}" if len(drawn) > 1 else stage for stage in stages for _, run, _ in drawn]
     layout = grid(titles, len(drawn) if len(drawn) < 4 else 2, "x / mm", "y / mm", same_y=False)
     traces, panel = [], 0
     for stage in stages:
-        for number, _, of in drawn:
+        for number, _, drawings in drawn:
             end = "" if panel == 0 else str(panel + 1)
             layout[f"xaxis{end}"].pop("matches", None)
             layout[f"yaxis{end}"] |= {"scaleanchor": f"x{end}", "scaleratio": 1}
             panel += 1
-            pair = of["stages"].get(stage, [])
-            for each, turn in zip(pair, _turns(of, pair), strict=True):
-                gear = of["gears"][each["gear"]]
+            pair = drawings["stages"].get(stage, [])
+            for each, turn in zip(pair, _turns(drawings, pair), strict=True):
+                gear = drawings["gears"][each["gear"]]
                 changed = gear != first["gears"].get(each["gear"])
                 traces.append(
                     {
@@ -55,13 +55,13 @@ def blocks(stored: Stored) -> list[Any]:
     return [Figure(caption, traces, layout, height=60 + 360 * rows), *_differing([run for _, run, _ in drawn])]
 
 
-def _turns(of: Mapping[str, Any], pair: list[Mapping[str, Any]]) -> list[float]:
+def _turns(drawings: Mapping[str, Any], pair: list[Mapping[str, Any]]) -> list[float]:
     """Return the angle of a tooth of either gear of a pair, such that the pinion's tooth lies in a gap of the wheel."""
     if not pair:
         return []
-    towards = np.subtract(pair[1]["place"], pair[0]["place"])
-    angle = float(np.arctan2(towards[1], towards[0]))
-    return [angle, angle + np.pi + np.pi / float(of["gears"][pair[1]["gear"]]["teeth"])]
+    centre_line = np.subtract(pair[1]["place"], pair[0]["place"])
+    angle = float(np.arctan2(centre_line[1], centre_line[0]))
+    return [angle, angle + np.pi + np.pi / float(drawings["gears"][pair[1]["gear"]]["teeth"])]
 
 
 def _drawing(gear: Mapping[str, Any], place: list[float], turn: float) -> FloatArray:
@@ -70,10 +70,10 @@ def _drawing(gear: Mapping[str, Any], place: list[float], turn: float) -> FloatA
     tooth = np.concatenate([right * [1.0, -1.0], right[::-1]])
     count = int(gear["teeth"])
     teeth = np.concatenate([tooth + np.array([0.0, turn + 2 * np.pi * k / count]) for k in range(count)])
-    around = np.linspace(0.0, 2 * np.pi, 73)
+    angles = np.linspace(0.0, 2 * np.pi, 73)
     rings = [gear["bore"], *gear.get("web", [])]
     lines = [np.concatenate([teeth, teeth[:1]])]
-    lines += [np.column_stack([np.full(len(around), radius), around]) for radius in rings if radius > 0]
+    lines += [np.column_stack([np.full(len(angles), radius), angles]) for radius in rings if radius > 0]
     if openings := gear.get("openings"):
         outline = np.array(openings["outline"])
         outline = np.concatenate([outline, outline[:1]])
@@ -86,8 +86,10 @@ def _drawing(gear: Mapping[str, Any], place: list[float], turn: float) -> FloatA
 def _differing(runs: list[StoredRun]) -> list[Table]:
     """Return the values of gears and stages that differ between the cases."""
     values = [run.case.get("values", {}) for run in runs]
-    paths = dict.fromkeys(path for of in values for path in of if path.startswith(("gears.", "stages.")))
-    rows = [(path, *(str(of.get(path, "–")) for of in values)) for path in paths]
+    paths = dict.fromkeys(
+        path for case_values in values for path in case_values if path.startswith(("gears.", "stages."))
+    )
+    rows = [(path, *(str(case_values.get(path, "–")) for case_values in values)) for path in paths]
     differing = [row for row in rows if len(set(row[1:])) > 1]
     if not differing:
         return []

@@ -32,25 +32,28 @@ SURFACE_PRESSURE = "surface_pressure"
 
 def blocks(stored: Stored) -> list[Any]:
     """Return the bodies of all configurations with a slider over the loudest lines."""
-    moving = [(run, of) for run in stored.runs if (of := run.hand_off("surface_velocity", SurfaceVelocity))]
+    moving = [(run, velocity) for run in stored.runs if (velocity := run.hand_off("surface_velocity", SurfaceVelocity))]
     if not moving:
         return []
-    faces = sum(len(of.surface.triangles) for _, of in moving)
+    faces = sum(len(velocity.surface.triangles) for _, velocity in moving)
     lines = loudest_lines(stored, moving, max(1, min(LINES, VALUES // faces)))
     if not len(lines):
         return []
     bodies, heard = [], []
-    for run, of in moving:
+    for run, velocity in moving:
         frequencies = stored.line_scale(run) * lines
-        heard.append(_weighted(run, of, frequencies))
-        motion = _motion(of, frequencies)
+        heard.append(_weighted(run, velocity, frequencies))
+        motion = _motion(velocity, frequencies)
         given = {
-            CONTRIBUTION: _contribution(stored, run, of, frequencies, motion),
-            PRESSURE: _surface_pressure(run, of, frequencies),
+            CONTRIBUTION: _contribution(stored, run, velocity, frequencies, motion),
+            PRESSURE: _surface_pressure(run, velocity, frequencies),
         }
         values = {title: found for title, found in given.items() if found is not None}
-        bodies.append(MovingBody(run.name, of.surface, motion, values))
-    texts = [_text(stored, moving, line, [of[number] for of in heard]) for number, line in enumerate(lines.tolist())]
+        bodies.append(MovingBody(run.name, velocity.surface, motion, values))
+    texts = [
+        _text(stored, moving, line, [weighted[number] for weighted in heard])
+        for number, line in enumerate(lines.tolist())
+    ]
     colours = [Colours("Normal velocity", "dB re 1 nm/s", "level", REFERENCE_VELOCITY)]
     added = ""
     if all(PRESSURE in body.values for body in bodies):
@@ -70,23 +73,23 @@ def blocks(stored: Stored) -> list[Any]:
     return [moving_bodies(bodies, texts, colours, caption, chosen=int(np.max(heard, axis=0).argmax()))]
 
 
-def _motion(of: SurfaceVelocity, frequencies: FloatArray) -> ComplexArray:
+def _motion(velocity: SurfaceVelocity, frequencies: FloatArray) -> ComplexArray:
     """Return the normal velocity (n_line, n_face) at frequencies; zero where there is no such line."""
-    nearest = np.abs(of.frequency[:, None] - frequencies).argmin(axis=0)
-    found = np.abs(of.frequency[nearest] - frequencies) <= 1.0
+    nearest = np.abs(velocity.frequency[:, None] - frequencies).argmin(axis=0)
+    found = np.abs(velocity.frequency[nearest] - frequencies) <= 1.0
     rows, back = np.unique(nearest, return_inverse=True)
-    return np.asarray(np.where(found[:, None], select_lines(of, rows).normal_velocity[back], 0.0))
+    return np.asarray(np.where(found[:, None], select_lines(velocity, rows).normal_velocity[back], 0.0))
 
 
-def select_lines(of: SurfaceVelocity, rows: IntArray) -> SurfaceVelocity:
+def select_lines(velocity: SurfaceVelocity, rows: IntArray) -> SurfaceVelocity:
     """Return the velocity at some lines, without computing the others."""
-    if of.coordinates is None:
-        return of.replace(frequency=of.frequency[rows], normal_velocity=of.normal_velocity[rows])
-    return of.replace(frequency=of.frequency[rows], coordinates=of.coordinates[rows])
+    if velocity.coordinates is None:
+        return velocity.replace(frequency=velocity.frequency[rows], normal_velocity=velocity.normal_velocity[rows])
+    return velocity.replace(frequency=velocity.frequency[rows], coordinates=velocity.coordinates[rows])
 
 
 def _contribution(
-    stored: Stored, run: StoredRun, of: SurfaceVelocity, frequencies: FloatArray, motion: ComplexArray
+    stored: Stored, run: StoredRun, velocity: SurfaceVelocity, frequencies: FloatArray, motion: ComplexArray
 ) -> FloatArray | None:
     """Return the contribution of every face (n_line, n_face) in mPa/dm²; None without the vectors of this run."""
     if run.pressure is None:
@@ -94,17 +97,17 @@ def _contribution(
     nearest = np.abs(run.pressure.frequency[:, None] - frequencies).argmin(axis=0)
     present = np.abs(run.pressure.frequency[nearest] - frequencies) <= 1.0
     heard = np.where(present, run.pressure.pressure[nearest, 0], 0.0)
-    for vectors in stored.radiating(TransferVectors, of.surface.content_hash):
+    for vectors in stored.radiating(TransferVectors, velocity.surface.content_hash):
         try:
             with silence_accuracy_warnings():
-                at_lines = interpolate_vectors(vectors, frequencies[present]).vectors[:, 0]
+                line_vectors = interpolate_vectors(vectors, frequencies[present]).vectors[:, 0]
         except InputError:
             continue
         parts = np.zeros(motion.shape, dtype=complex)
-        parts[present] = at_lines * motion[present]
+        parts[present] = line_vectors * motion[present]
         total = parts.sum(axis=1)
         if np.abs(total - heard).max() <= SUM_ERROR * np.abs(heard).max():
-            return phase_pressure(parts, of.surface.areas)
+            return phase_pressure(parts, velocity.surface.areas)
     return None
 
 
@@ -112,16 +115,16 @@ def phase_pressure(parts: ComplexArray, areas: FloatArray) -> FloatArray:
     """Return pressure of faces (n_line, n_face) Pa in phase with their sum, per area (m²), in mPa/dm²."""
     total = parts.sum(axis=1)
     size = np.abs(total)
-    along = (parts * np.conj(total)[:, None]).real / np.where(size > 0, size, 1.0)[:, None]
-    return np.asarray(along / areas * 10.0)  # Pa/m² to mPa/dm²
+    projection = (parts * np.conj(total)[:, None]).real / np.where(size > 0, size, 1.0)[:, None]
+    return np.asarray(projection / areas * 10.0)  # Pa/m² to mPa/dm²
 
 
-def _surface_pressure(run: StoredRun, of: SurfaceVelocity, frequencies: FloatArray) -> FloatArray | None:
+def _surface_pressure(run: StoredRun, velocity: SurfaceVelocity, frequencies: FloatArray) -> FloatArray | None:
     """Return the pressure level on every face (n_line, n_face) dB: zero at unsolved lines, None without any."""
     found = run.hand_off(SURFACE_PRESSURE, SurfacePressure)
-    if found is None or found.surface.content_hash != of.surface.content_hash:
+    if found is None or found.surface.content_hash != velocity.surface.content_hash:
         return None
-    faces = found.pressure[:, of.surface.triangles].mean(axis=2)
+    faces = found.pressure[:, velocity.surface.triangles].mean(axis=2)
     nearest = np.abs(found.frequency[:, None] - frequencies).argmin(axis=0)
     solved = np.abs(found.frequency[nearest] - frequencies) <= 1.0
     return np.asarray(np.where(solved[:, None], levels.decibel(faces)[nearest], 0.0))
@@ -133,21 +136,21 @@ def loudest_lines(stored: Stored, moving: list[tuple[StoredRun, SurfaceVelocity]
     `stored.line_scale` of a run times a line is its frequency.
     """
     level: dict[float, float] = {}
-    for run, of in moving:
-        frequency = of.frequency[of.frequency > 0]
-        for f, heard in zip(frequency.tolist(), _weighted(run, of, frequency), strict=True):
+    for run, velocity in moving:
+        frequency = velocity.frequency[velocity.frequency > 0]
+        for f, heard in zip(frequency.tolist(), _weighted(run, velocity, frequency), strict=True):
             key = round(f / stored.line_scale(run), 3)
             level[key] = max(level.get(key, -np.inf), float(heard))
     return np.sort(sorted(level, key=lambda f: -level[f])[:count])
 
 
-def _weighted(run: StoredRun, of: SurfaceVelocity, frequency: FloatArray) -> FloatArray:
+def _weighted(run: StoredRun, velocity: SurfaceVelocity, frequency: FloatArray) -> FloatArray:
     """Return a level (n,) in dB(A) at `frequency`: of the sound, or of the mean velocity for a run without sound."""
     if run.pressure is not None:
         axis, level = run.pressure.frequency, levels.decibel(run.pressure.pressure[:, 0])
     else:
-        axis = of.frequency
-        power = (np.abs(of.normal_velocity) ** 2) @ of.surface.areas / of.surface.areas.sum()
+        axis = velocity.frequency
+        power = (np.abs(velocity.normal_velocity) ** 2) @ velocity.surface.areas / velocity.surface.areas.sum()
         level = levels.decibel(np.sqrt(power), REFERENCE_VELOCITY)
     nearest = np.abs(axis[:, None] - frequency).argmin(axis=0)
     near = np.abs(axis[nearest] - frequency) <= 1.0

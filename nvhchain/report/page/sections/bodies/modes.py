@@ -20,7 +20,7 @@ LEAST_SHARE = 0.02
 MOST = 2
 """Largest number of gearboxes and of housings that move: browsers draw few bodies at once."""
 
-AROUND = 24
+SHAFT_POINTS = 24
 """Points around a shaft."""
 
 SIZE = [Colours("Motion", "of the largest", "size")]
@@ -39,8 +39,10 @@ def blocks(stored: Stored) -> list[Any]:
     for name, housing in housings.items():
         seen.setdefault(housing.content_hash, []).append(name)
         unique[housing.content_hash] = housing
-    alone = [(" and ".join(seen[key]), of.drop_ritz_vectors()) for key, of in unique.items() if of.mode_count]
-    return found + [_housing(names, of) for names, of in alone[:MOST]]
+    alone = [
+        (" and ".join(seen[key]), reduced.drop_ritz_vectors()) for key, reduced in unique.items() if reduced.mode_count
+    ]
+    return found + [_housing(names, reduced) for names, reduced in alone[:MOST]]
 
 
 def _housings(stored: Stored) -> dict[str, ReducedHousing]:
@@ -61,12 +63,12 @@ def _campbell(stored: Stored, recorded: Sequence[tuple[int, StoredRun, Mapping[s
     layout = grid([run.name for _, run, _ in recorded], min(2, len(recorded)), "input speed / rpm", "frequency / Hz")
     layout["showlegend"] = False
     traces: list[dict[str, Any]] = []
-    for place, (number, run, of) in enumerate(recorded):
+    for place, (number, run, record) in enumerate(recorded):
         end = str(place + 1) if place else ""
-        top = max((max(row) for row in of["over_speed_Hz"] if row), default=1.0)
-        fastest = max(of["speed_rpm"])
+        top = max((max(row) for row in record["over_speed_Hz"] if row), default=1.0)
+        fastest = max(record["speed_rpm"])
         on = panel(place)
-        for order, names in _rays(of["orders"], 60.0 * top / fastest):
+        for order, names in _rays(record["orders"], 60.0 * top / fastest):
             reach = min(fastest, 60.0 * top / order)
             traces.append(
                 {
@@ -79,7 +81,7 @@ def _campbell(stored: Stored, recorded: Sequence[tuple[int, StoredRun, Mapping[s
         points = [
             (speed, f, share)
             for speed, row, shares in zip(
-                of["speed_rpm"], of["over_speed_Hz"], of["over_speed_mesh_share"], strict=True
+                record["speed_rpm"], record["over_speed_Hz"], record["over_speed_mesh_share"], strict=True
             )
             for f, share in zip(row, shares, strict=True)
         ]
@@ -98,7 +100,7 @@ def _campbell(stored: Stored, recorded: Sequence[tuple[int, StoredRun, Mapping[s
             )  # fmt: skip
         layout[f"xaxis{end}"]["range"], layout[f"yaxis{end}"]["range"] = [0.0, 1.35 * fastest], [0.0, 1.05 * top]
         where = {"xref": f"x{end}", "yref": f"y{end} domain"}
-        layout.setdefault("shapes", []).append(upright(of["nominal_rpm"], "dash", **where))
+        layout.setdefault("shapes", []).append(upright(record["nominal_rpm"], "dash", **where))
     caption = (
         "Campbell diagram: modes under load; large where the meshes hold 2 % of the strain energy or more. Rays: mesh "
         "orders. Dashed: the speed of the case."
@@ -112,8 +114,8 @@ def _rays(orders: Mapping[str, float], steepest: float) -> list[tuple[float, str
     last = 0.0
     for name, order in sorted(orders.items(), key=lambda item: item[1]):
         if found and min(order, steepest) - last < 0.05 * steepest:
-            at = max(number for number, (_, names) in enumerate(found) if names)
-            found[at] = (found[at][0], f"{found[at][1]}, {name}")
+            last_named = max(number for number, (_, names) in enumerate(found) if names)
+            found[last_named] = (found[last_named][0], f"{found[last_named][1]}, {name}")
             found.append((order, ""))
         else:
             last = min(order, steepest)
@@ -121,13 +123,13 @@ def _rays(orders: Mapping[str, float], steepest: float) -> list[tuple[float, str
     return found
 
 
-def _table(run: StoredRun, of: Mapping[str, Any]) -> Table:
+def _table(run: StoredRun, record: Mapping[str, Any]) -> Table:
     rows = [
-        (f"{f:.1f}", f"{100 * damping:.2f}", _largest(of["strain"], i), _largest(of["kinetic"], i))
-        for i, (f, damping) in enumerate(zip(of["frequency_Hz"], of["damping"], strict=True))
+        (f"{f:.1f}", f"{100 * damping:.2f}", _largest(record["strain"], i), _largest(record["kinetic"], i))
+        for i, (f, damping) in enumerate(zip(record["frequency_Hz"], record["damping"], strict=True))
     ]
     head = ("frequency / Hz", "damping / %", "strain energy", "kinetic energy")
-    return Table(head, rows, f"{run.name}: {len(rows)} modes under {of['input_torque_Nm']:g} N m", True, 9)
+    return Table(head, rows, f"{run.name}: {len(rows)} modes under {record['input_torque_Nm']:g} N m", True, 9)
 
 
 def _largest(shares: Mapping[str, list[float]], mode: int) -> str:
@@ -135,19 +137,19 @@ def _largest(shares: Mapping[str, list[float]], mode: int) -> str:
     return ", ".join(f"{part} {100 * shares[part][mode]:.0f} %" for part in most if shares[part][mode] >= 0.01)
 
 
-def _gearbox(run: StoredRun, of: Mapping[str, Any], housing: ReducedHousing | None) -> Figure:
+def _gearbox(run: StoredRun, record: Mapping[str, Any], housing: ReducedHousing | None) -> Figure:
     """Return the moving modes of shafts and gears, with those of the housing beside them."""
-    plane_motion, housing_motion = (_complex(of[name]) for name in ("plane_motion", "housing_motion"))
-    surface, motion = _train(of, plane_motion)
+    plane_motion, housing_motion = (_complex(record[name]) for name in ("plane_motion", "housing_motion"))
+    surface, motion = _train(record, plane_motion)
     bodies = [MovingBody(f"{run.name}: shafts and gears", surface, motion)]
     if housing is not None and housing_motion.shape[1] == len(housing.normal_shapes):
         moved: ComplexArray = np.asarray(housing_motion @ housing.normal_shapes, dtype=complex)
         bodies.append(MovingBody(f"{run.name}: housing", housing.surface, moved))
     texts = [
-        f"{f:.1f} Hz, damping {100 * damping:.2f} %: strain {_largest(of['strain'], i)}"
-        for i, (f, damping) in enumerate(zip(of["frequency_Hz"], of["damping"], strict=True))
+        f"{f:.1f} Hz, damping {100 * damping:.2f} %: strain {_largest(record['strain'], i)}"
+        for i, (f, damping) in enumerate(zip(record["frequency_Hz"], record["damping"], strict=True))
     ]
-    meshes = sum(np.array(shares) for part, shares in of["strain"].items() if part.startswith("mesh "))
+    meshes = sum(np.array(shares) for part, shares in record["strain"].items() if part.startswith("mesh "))
     chosen = int(np.argmax(meshes)) if np.ndim(meshes) else 0
     caption = (
         f"{run.name}: modes of the gearbox under load. It starts at the mode whose meshes hold most of the strain "
@@ -166,33 +168,36 @@ def _housing(names: str, housing: ReducedHousing) -> Figure:
     return moving_bodies([body], texts, SIZE, "Modes of the housing alone.", chosen=first, what="mode")
 
 
-def _complex(of: Mapping[str, Any]) -> ComplexArray:
-    return (np.array(of["real"]) + 1j * np.array(of["imag"])).reshape(of["shape"])
+def _complex(parts: Mapping[str, Any]) -> ComplexArray:
+    return (np.array(parts["real"]) + 1j * np.array(parts["imag"])).reshape(parts["shape"])
 
 
-def _train(of: Mapping[str, Any], plane_motion: ComplexArray) -> tuple[Surface, ComplexArray]:
+def _train(record: Mapping[str, Any], plane_motion: ComplexArray) -> tuple[Surface, ComplexArray]:
     """Return shafts and gears as one surface, and the motion (n_mode, n_vertex, 3) of its vertices."""
     vertices, triangles, motions = [], [], []
     count = 0
-    for cylinder in of["cylinders"]:
+    for cylinder in record["cylinders"]:
         points, faces = _cylinder(cylinder)
         vertices.append(points)
         triangles.append(faces + count)
-        motions.append(_carried(points, cylinder, of["planes"], plane_motion))
+        motions.append(_carried(points, cylinder, record["planes"], plane_motion))
         count += len(points)
     surface = Surface(np.concatenate(vertices), np.concatenate(triangles))
     return surface, np.concatenate(motions, axis=1)
 
 
-def _cylinder(of: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
+def _cylinder(cylinder: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
     """Return vertices and triangles of a closed cylinder; that of a gear has teeth."""
-    (inner, outer), (start, end) = of["radii"], of["ends"]
-    count = 4 * of["teeth"] or AROUND
+    (inner, outer), (start, end) = cylinder["radii"], cylinder["ends"]
+    count = 4 * cylinder["teeth"] or SHAFT_POINTS
     angle = 2 * np.pi * np.arange(count) / count
-    radius = np.where(np.arange(count) % 4 < 2, outer, inner) if of["teeth"] else np.full(count, outer)
-    ring = np.stack([of["axis"][0] + radius * np.cos(angle), of["axis"][1] + radius * np.sin(angle)], axis=1)
+    radius = np.where(np.arange(count) % 4 < 2, outer, inner) if cylinder["teeth"] else np.full(count, outer)
+    ring = np.stack(
+        [cylinder["axis"][0] + radius * np.cos(angle), cylinder["axis"][1] + radius * np.sin(angle)], axis=1
+    )
     points = np.concatenate(
-        [np.column_stack([ring, np.full(count, z)]) for z in (start, end)] + [[[*of["axis"], z]] for z in (start, end)]
+        [np.column_stack([ring, np.full(count, z)]) for z in (start, end)]
+        + [[[*cylinder["axis"], z]] for z in (start, end)]
     )
     here, after = np.arange(count), (np.arange(count) + 1) % count
     side = [np.stack(part, axis=1) for part in ((here, after, after + count), (here, after + count, here + count))]

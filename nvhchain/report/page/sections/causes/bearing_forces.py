@@ -25,19 +25,19 @@ def blocks(stored: Stored) -> list[Any]:
     """Return spectra and RMS values at constant speed, or RMS values over the speed of a run-up."""
     spectra = stored.having(lambda run: run.hand_off("force_spectrum", ForceSpectrum))
     if spectra:
-        return _steady([(number, run.name, of) for number, run, of in spectra])
+        return _steady([(number, run.name, load) for number, run, load in spectra])
     records = stored.having(lambda run: run.hand_off("bearing_forces", BearingForces))
     if not records or records[0][2].periodic:
         return []
-    if all(constant_speed(of.input_speed) for _, _, of in records):
-        return [_rms({run.name: (of.names, np.sqrt(of.force.var(axis=0).sum(axis=1))) for _, run, of in records})]
+    if all(constant_speed(load.input_speed) for _, _, load in records):
+        return [_rms({run.name: (load.names, np.sqrt(load.force.var(axis=0).sum(axis=1))) for _, run, load in records})]
     return [_speed_figure(records)]
 
 
 def _steady(spectra: list[tuple[int, str, ForceSpectrum]]) -> list[Any]:
     names = spectra[0][2].names
-    sizes = {name: np.linalg.norm(of.force, axis=2) for _, name, of in spectra}
-    moving = {name: of.frequency > 0 for _, name, of in spectra}
+    sizes = {name: np.linalg.norm(spectrum.force, axis=2) for _, name, spectrum in spectra}
+    moving = {name: spectrum.frequency > 0 for _, name, spectrum in spectra}
     highest = max(float(sizes[name][moving[name]].max(initial=0.0)) for name in sizes) or 1.0
     layout = grid(names, 2, "frequency / Hz", "force / N", legend=1.08)
     traces = []
@@ -45,12 +45,12 @@ def _steady(spectra: list[tuple[int, str, ForceSpectrum]]) -> list[Any]:
     for place, bearing in enumerate(names):
         span = [float(np.log10(floor)), float(np.log10(2 * highest))]
         layout[f"yaxis{place + 1 if place else ''}"] |= {"type": "log", "dtick": 1, "range": span}
-        for number, name, of in spectra:
-            if bearing not in of.names:
+        for number, name, spectrum in spectra:
+            if bearing not in spectrum.names:
                 continue
-            size = sizes[name][:, of.names.index(bearing)]
+            size = sizes[name][:, spectrum.names.index(bearing)]
             seen = moving[name] & (size > floor)
-            x = np.repeat(of.frequency[seen], 3)
+            x = np.repeat(spectrum.frequency[seen], 3)
             y = np.stack([np.full(seen.sum(), floor), size[seen], np.full(seen.sum(), np.nan)], axis=1).ravel()
             broad = number == 0 and len(spectra) > 1
             line, hover = {"color": colour(number), "width": 3.5 if broad else 1.6}, "%{x:.1f} Hz: %{y:.3g} N"
@@ -58,7 +58,7 @@ def _steady(spectra: list[tuple[int, str, ForceSpectrum]]) -> list[Any]:
             traces.append(curve(number, name, packed(x), packed(y), hover, place=place, **style))
     caption = "Force on the housing at every bearing: √(|F_x|² + |F_y|² + |F_z|²), peak."
     rms = {name: np.sqrt(0.5 * (sizes[name][moving[name]] ** 2).sum(axis=0)) for name in sizes}
-    table = _rms({name: (of.names, rms[name]) for _, name, of in spectra})
+    table = _rms({name: (spectrum.names, rms[name]) for _, name, spectrum in spectra})
     return [Figure(caption, traces, layout, height=110 + 190 * -(-len(names) // 2)), table]
 
 
@@ -66,8 +66,11 @@ def _rms(found: Mapping[str, tuple[Sequence[str], FloatArray]]) -> Table:
     """Return the table of RMS values (n_bearing,) N of configurations."""
     bearings = next(iter(found.values()))[0]
     rows = [
-        (of, *(f"{rms[list(names).index(of)]:.3g}" if of in names else "" for names, rms in found.values()))
-        for of in bearings
+        (
+            bearing,
+            *(f"{rms[list(names).index(bearing)]:.3g}" if bearing in names else "" for names, rms in found.values()),
+        )
+        for bearing in bearings
     ]
     return Table(("bearing", *(f"{name} / N" for name in found)), rows, "RMS of the fluctuating force.")
 

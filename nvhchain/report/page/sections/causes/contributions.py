@@ -85,7 +85,7 @@ def _paths_and_modes(stored: Stored) -> list[Any]:
     parts, captions = _paired(stored, parts)
     return [
         Text(note),
-        *(_panels(stored, titles, {n: of[kind] for n, of in parts.items()}, captions[kind]) for kind in (0, 1)),
+        *(_panels(stored, titles, {n: pair[kind] for n, pair in parts.items()}, captions[kind]) for kind in (0, 1)),
     ]
 
 
@@ -108,11 +108,11 @@ def _run_up_figures(stored: Stored) -> list[Any]:
     """Return paths and modes of the loudest order over speed, and at its loudest speed."""
     heard = stored.having(lambda run: run.pressure_history)
     curves = stored.curves if heard else {}
-    cuts = [of for each in curves.values() for of in each[1:]]
+    cuts = [cut for each in curves.values() for cut in each[1:]]
     if not cuts:
         return []
     order, speed = loudest(cuts)
-    high = min(float(of.axis[-1]) for of, _ in stored.run_up_maps.values())
+    high = min(float(waterfall.axis[-1]) for waterfall, _ in stored.run_up_maps.values())
     parts = {}
     for number, run, _ in heard:
         split = _parts_of(stored, run, order, high)
@@ -121,7 +121,7 @@ def _run_up_figures(stored: Stored) -> list[Any]:
     if not parts:
         return []
     parts, captions = _paired(stored, parts)
-    name = next(of.name for of in cuts if of.order == order)
+    name = next(cut.name for cut in cuts if cut.order == order)
     note = (
         f"Sound of {name} at {stored.runs[0].point_name(0)} by its parts: pressure in phase with the sum, "
         "Re(p_i p*)/|p|, peak. The force of the order at each speed acts as in a steady state. Parts add up to the "
@@ -129,10 +129,10 @@ def _run_up_figures(stored: Stored) -> list[Any]:
     )
     found: list[Any] = [Text(note)]
     for kind in (0, 1):
-        each = {number: of[kind] for number, of in parts.items()}
-        at = {number: _nearest(of, order * speed / (2 * np.pi)) for number, of in each.items()}
+        each = {number: pair[kind] for number, pair in parts.items()}
+        peak_parts = {number: _nearest(run_parts, order * speed / (2 * np.pi)) for number, run_parts in each.items()}
         title = f"{30 * speed / np.pi:.0f} rpm, {order * speed / (2 * np.pi):.0f} Hz: the loudest speed of {name}"
-        bars_of = _panels(stored, [title], at, f"{captions[kind]} At the loudest speed.")
+        bars_of = _panels(stored, [title], peak_parts, f"{captions[kind]} At the loudest speed.")
         found += [_strongest_parts(stored, each, order, captions[kind]), bars_of]
     return found
 
@@ -156,29 +156,37 @@ def _parts_of(stored: Stored, run: StoredRun, order: float, high: float) -> tupl
 
 def _agree(curves: list[Curve], paths: Contributions, order: float) -> bool:
     """Return True if the parts add up to the recorded order near its loudest speed."""
-    of = next(each for each in curves if each.order == order)
-    rising = np.argsort(of.speed)
-    level = np.interp(paths.frequency * 2 * np.pi / order, of.speed[rising], of.level[rising])
+    cut = next(each for each in curves if each.order == order)
+    rising = np.argsort(cut.speed)
+    level = np.interp(paths.frequency * 2 * np.pi / order, cut.speed[rising], cut.level[rising])
     return bool(abs(float(levels.decibel(paths.total[:, 0]).max()) - float(level.max())) <= DISAGREEMENT)
 
 
 def _strongest_parts(stored: Stored, parts: dict[int, Contributions], order: float, caption: str) -> Figure:
     """Return the strongest parts of an order over speed, one panel a configuration."""
-    along = {number: 1e3 * of.shares[:, 0] * np.abs(of.total[:, :1]) for number, of in parts.items()}
+    pressures = {
+        number: 1e3 * run_parts.shares[:, 0] * np.abs(run_parts.total[:, :1]) for number, run_parts in parts.items()
+    }
     size = {
-        name: max(float(np.abs(along[n][:, of.names.index(name)]).max()) for n, of in parts.items() if name in of.names)
-        for name in dict.fromkeys(name for of in parts.values() for name in of.names)
+        name: max(
+            float(np.abs(pressures[n][:, run_parts.names.index(name)]).max())
+            for n, run_parts in parts.items()
+            if name in run_parts.names
+        )
+        for name in dict.fromkeys(name for run_parts in parts.values() for name in run_parts.names)
     }
     strongest = sorted(size, key=lambda name: -size[name])[:CURVES]
     layout = grid([stored.runs[n].name for n in parts], len(parts), "input speed / rpm", "pressure / mPa", legend=1.1)
     traces = []
-    for place, (number, of) in enumerate(parts.items()):
-        speed = packed(60 * of.frequency / order)
+    for place, (number, run_parts) in enumerate(parts.items()):
+        speed = packed(60 * run_parts.frequency / order)
         for shade, name in enumerate(strongest):
-            if name in of.names:
-                y = packed(along[number][:, of.names.index(name)])
+            if name in run_parts.names:
+                y = packed(pressures[number][:, run_parts.names.index(name)])
                 traces.append(curve(shade, name, speed, y, "%{x:.0f} rpm: %{y:.3g} mPa", place=place))
-        total = curve(0, "sum", speed, packed(1e3 * np.abs(of.total[:, 0])), "%{x:.0f} rpm: %{y:.3g} mPa", place=place)
+        total = curve(
+            0, "sum", speed, packed(1e3 * np.abs(run_parts.total[:, 0])), "%{x:.0f} rpm: %{y:.3g} mPa", place=place
+        )
         traces.append(total | {"line": {"color": "#1d2329", "width": 3}})
     return Figure(f"{caption} The {CURVES} strongest over speed.", traces, layout, height=380)
 
@@ -186,11 +194,11 @@ def _strongest_parts(stored: Stored, parts: dict[int, Contributions], order: flo
 def _loudest(steady: list[tuple[float, FieldPressure]]) -> FloatArray:
     """Return the loudest lines (n,) in dB(A) that all configurations have, rising: frequencies over their scale."""
     level: dict[float, float] = {}
-    axes_ = [of.frequency / scale for scale, of in steady]
+    axes_ = [pressure.frequency / scale for scale, pressure in steady]
     first = axes_[0] if axes_ else np.zeros(0)
-    for (_, of), along in zip(steady, axes_, strict=True):
-        weighted = levels.decibel(of.pressure[:, 0]) + levels.a_weighting(of.frequency)
-        for f, heard in zip(along.tolist(), weighted.tolist(), strict=True):
+    for (_, pressure), axis in zip(steady, axes_, strict=True):
+        weighted = levels.decibel(pressure.pressure[:, 0]) + levels.a_weighting(pressure.frequency)
+        for f, heard in zip(axis.tolist(), weighted.tolist(), strict=True):
             if all(np.abs(other - f).min() <= 1e-6 * f for other in axes_):
                 line = float(first[np.abs(first - f).argmin()])  # one line, whose last digits may differ
                 level[line] = max(level.get(line, -np.inf), heard)
@@ -202,7 +210,7 @@ def _title(stored: Stored, line: float) -> str:
         origin = stored.origin(line)
         return f"order {line:.5g}" + (f" ({origin})" if origin else "")
     frequency = line
-    turns = next(of.input_speed for run in stored.runs if (of := run.pressure)) / (2 * np.pi)
+    turns = next(pressure.input_speed for run in stored.runs if (pressure := run.pressure)) / (2 * np.pi)
     if not turns:
         return f"{frequency:.0f} Hz"
     origin = stored.origin(frequency / turns)
@@ -217,19 +225,22 @@ def _panels(stored: Stored, titles: list[str], parts: dict[int, Contributions], 
         axis = layout[f"xaxis{line + 1 if line else ''}"]
         axis |= {"type": "category", "tickangle": 0, "tickfont": {"size": 11}}
         axis.pop("matches", None)
-        along = {
-            number: dict(zip(of.names, 1e3 * of.shares[line, 0] * abs(of.total[line, 0]), strict=True))
-            for number, of in parts.items()
+        pressures = {
+            number: dict(
+                zip(run_parts.names, 1e3 * run_parts.shares[line, 0] * abs(run_parts.total[line, 0]), strict=True)
+            )
+            for number, run_parts in parts.items()
         }
-        names = list(dict.fromkeys(name for of in along.values() for name in of))
-        names.sort(key=lambda name: -max(abs(of.get(name, 0.0)) for of in along.values()))
-        for number, of in along.items():
+        names = list(dict.fromkeys(name for run_pressures in pressures.values() for name in run_pressures))
+        names.sort(key=lambda name: -max(abs(run_pressures.get(name, 0.0)) for run_pressures in pressures.values()))
+        for number, run_pressures in pressures.items():
             run = label(stored.runs[number].name)
             traces.append(
                 {
                     "type": "bar", "name": run, "legendgroup": run, "showlegend": line == 0,
                     "x": [label(name).replace(", ", "<br>") for name in names[:PARTS]],
-                    "y": rounded((of.get(name) for name in names[:PARTS]), 4), **panel(line), "marker": bars(number),
+                    "y": rounded((run_pressures.get(name) for name in names[:PARTS]), 4),
+                    **panel(line), "marker": bars(number),
                     "hovertemplate": "%{x}: %{y:.3g} mPa<extra>" + run + "</extra>",
                 }
             )  # fmt: skip

@@ -25,15 +25,15 @@ def _quasi_static(stored: Stored) -> Figure | None:
     stages = list(dict.fromkeys(stage for run in stored.runs for stage in run.summary.get("transmission_errors", {})))
     curves: list[list[Any]] = [[] for _ in stages]
     for number, run in enumerate(stored.runs):
-        for stage, of in run.summary.get("transmission_errors", {}).items():
-            angle, error = np.asarray(of["wheel_angle_rad"], float), np.asarray(of["error_um"], float)
+        for stage, error_curve in run.summary.get("transmission_errors", {}).items():
+            angle, error = np.asarray(error_curve["wheel_angle_rad"], float), np.asarray(error_curve["error_um"], float)
             period = float(angle[-1] - angle[0]) * len(angle) / (len(angle) - 1)
             curves[stages.index(stage)].append((number, run.name, angle, error, period))
     drawn: list[list[Any]] = []
-    for of_stage in curves:
-        longest = max((period for *_, period in of_stage), default=0.0)
+    for stage_curves in curves:
+        longest = max((period for *_, period in stage_curves), default=0.0)
         drawn.append([])
-        for number, name, angle, error, period in of_stage:
+        for number, name, angle, error, period in stage_curves:
             repeats = max(1, round(longest / period))
             turned = (angle + period * np.arange(repeats)[:, None]).ravel()
             drawn[-1].append((number, name, np.degrees(turned), np.tile(error, repeats)))

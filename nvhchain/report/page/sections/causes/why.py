@@ -43,15 +43,15 @@ def blocks(stored: Stored) -> list[Any]:
 def _difference(stored: Stored, base: StoredRun, run: StoredRun) -> list[Any]:
     """Return steps from one level to the other, and the table of lines."""
     lines = run.summary["causes"]
-    names = [_line(stored, of) for of in lines]
+    names = [_line(stored, line) for line in lines]
     ends = [float(each.summary["overall_dBA"]) for each in (base, run)]
     traces = [
         {
             "type": "waterfall",
             "x": [_narrow(text) for text in (base.name, *names, run.name)],
-            "y": rounded([ends[0], *(of["part_db"] for of in lines), ends[1]], 3),
+            "y": rounded([ends[0], *(line["part_db"] for line in lines), ends[1]], 3),
             "measure": ["absolute", *["relative"] * len(lines), "total"],
-            "text": [f"{ends[0]:.1f}", *(number_text(of["part_db"], "+.1f") for of in lines), f"{ends[1]:.1f}"],
+            "text": [f"{ends[0]:.1f}", *(number_text(line["part_db"], "+.1f") for line in lines), f"{ends[1]:.1f}"],
             "textposition": "outside",
             "increasing": {"marker": {"color": LOUDER}},
             "decreasing": {"marker": {"color": QUIETER}},
@@ -61,8 +61,8 @@ def _difference(stored: Stored, base: StoredRun, run: StoredRun) -> list[Any]:
         }
     ]
     steps = [ends[0]]
-    for of in lines:
-        steps.append(steps[-1] + of["part_db"])
+    for line in lines:
+        steps.append(steps[-1] + line["part_db"])
     span = max(max(steps) - min(steps), 1.0)
     layout = axes("", "level / dB(A)", xaxis={"type": "category", "tickangle": 0, "tickfont": {"size": 11}})
     layout["yaxis"]["range"] = [min(steps) - 0.25 * span, max(steps) + 0.15 * span]
@@ -71,17 +71,17 @@ def _difference(stored: Stored, base: StoredRun, run: StoredRun) -> list[Any]:
     rows = [
         (
             name,
-            *(_level(of["levels_dBA"][i]) if "levels_dBA" in of else "" for i in (0, 1)),
-            number_text(of["part_db"], "+.2f"),
-            *(_strongest(of.get(kind, [])) for kind in ("modes", "paths")),
+            *(_level(line["levels_dBA"][i]) if "levels_dBA" in line else "" for i in (0, 1)),
+            number_text(line["part_db"], "+.2f"),
+            *(_strongest(line.get(kind, [])) for kind in ("modes", "paths")),
         )
-        for name, of in zip(names, lines, strict=True)
+        for name, line in zip(names, lines, strict=True)
     ]
     parts = [
         (name, kind, part["name"], number_text(part["part_db"], "+.3f"))
-        for name, of in zip(names, lines, strict=True)
+        for name, line in zip(names, lines, strict=True)
         for kind in ("modes", "paths")
-        for part in of.get(kind, [])
+        for part in line.get(kind, [])
     ]
     table = (
         Table(head, rows, "Strongest parts of each line.")
@@ -102,8 +102,8 @@ def _remarks(base: StoredRun, run: StoredRun) -> list[str]:
             "how long it stays at each, count as a change, too."
         )
     if run.summary.get("housing") != base.summary.get("housing"):
-        split = [of for of in run.summary["causes"] if of.get("paths")]
-        if any(of.get("modes") for of in split):
+        split = [line for line in run.summary["causes"] if line.get("paths")]
+        if any(line.get("modes") for line in split):
             found.append(f"Modes of {base.name} and {run.name} are paired by their shapes and frequencies.")
         elif split:
             found.append(
@@ -112,17 +112,17 @@ def _remarks(base: StoredRun, run: StoredRun) -> list[str]:
     return found
 
 
-def _line(stored: Stored, of: Mapping[str, Any]) -> str:
+def _line(stored: Stored, line: Mapping[str, Any]) -> str:
     """Return the name of a line, or of all others."""
-    if "speeds_rpm" in of:
-        return sound_between_orders(of)
-    if of["order"] is None:
-        return f"{of['lines']} other lines" if of["lines"] is not None else "all other sound"
-    if of["order"] == of["frequency_hz"]:
-        return f"{of['frequency_hz']:.0f} Hz"
-    origin = stored.origin(of["order"])
-    where = "" if of["frequency_hz"] is None else f"{of['frequency_hz']:.0f} Hz, "
-    return f"{where}order {of['order']:.5g}" + (f" ({origin})" if origin else "")
+    if "speeds_rpm" in line:
+        return sound_between_orders(line)
+    if line["order"] is None:
+        return f"{line['lines']} other lines" if line["lines"] is not None else "all other sound"
+    if line["order"] == line["frequency_hz"]:
+        return f"{line['frequency_hz']:.0f} Hz"
+    origin = stored.origin(line["order"])
+    where = "" if line["frequency_hz"] is None else f"{line['frequency_hz']:.0f} Hz, "
+    return f"{where}order {line['order']:.5g}" + (f" ({origin})" if origin else "")
 
 
 def _narrow(name: str) -> str:
@@ -134,8 +134,8 @@ def _narrow(name: str) -> str:
 
 def _strongest(parts: list[Mapping[str, Any]]) -> str:
     """Return the largest parts, one a row."""
-    named = sorted((of for of in parts if "pressure_Pa" in of), key=lambda of: -abs(of["part_db"]))
-    return "\n".join(f"{of['name']}: {number_text(of['part_db'], '+.2f')}" for of in named[:STRONGEST])
+    named = sorted((part for part in parts if "pressure_Pa" in part), key=lambda part: -abs(part["part_db"]))
+    return "\n".join(f"{part['name']}: {number_text(part['part_db'], '+.2f')}" for part in named[:STRONGEST])
 
 
 def _level(value: float | None) -> str:

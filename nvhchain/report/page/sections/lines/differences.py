@@ -21,7 +21,7 @@ RANGE = 50.0
 def blocks(stored: Stored) -> list[Any]:
     """Return the levels of the strongest orders or of speeds, as figure and table."""
     summaries = {run.name: run.summary for run in stored.runs if "orders" in run.summary or "over_speed" in run.summary}
-    if not summaries or len({"over_speed" in of for of in summaries.values()}) > 1:
+    if not summaries or len({"over_speed" in summary for summary in summaries.values()}) > 1:
         return []
     table = plots.difference_table(summaries)
     shown = 2 * len(summaries) + 1  # limits of run-ups stand in the section of run-ups

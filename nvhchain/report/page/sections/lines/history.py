@@ -31,8 +31,8 @@ def blocks(stored: Stored) -> list[Any]:
             with suppress(InputError):  # lines without a common period
                 curves.append((number, run.name, *_steady(run.pressure)))
         elif run.pressure_history is not None:
-            of = run.pressure_history
-            curves.append((number, run.name, *_extremes(of.time, of.pressure[:, 0])))
+            history = run.pressure_history
+            curves.append((number, run.name, *_extremes(history.time, history.pressure[:, 0])))
     if not curves:
         return []
     running = any(run.pressure_history is not None for run in stored.runs)

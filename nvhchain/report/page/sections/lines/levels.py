@@ -34,9 +34,9 @@ def blocks(stored: Stored) -> list[Any]:
             head.append(f"minus {stored.runs[0].name} / dB")
         found.append(Table(head, [row[: len(head)] for row in rows], "A-weighted levels re 20 µPa.", numbers=3))
     others = [
-        (run.name, *_named(quantity), number_text(of["level"]), limits_text(of["limits"]))
+        (run.name, *_named(quantity), number_text(entry["level"]), limits_text(entry["limits"]))
         for run in stored.runs
-        for quantity, of in run.summary.get("other_quantities", {}).items()
+        for quantity, entry in run.summary.get("other_quantities", {}).items()
     ]
     if others:
         head = ["configuration", "quantity", "unit", "level", "limits"]

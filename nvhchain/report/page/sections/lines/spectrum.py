@@ -23,8 +23,10 @@ def blocks(stored: Stored) -> list[Any]:
     found = []
     heard = stored.having(lambda run: run.pressure)
     if heard:
-        count = min(len(of.points) for *_, of in heard)
-        runs = [_run(stored, number, run, levels.decibel(of.pressure[:, :count]), of) for number, run, of in heard]
+        count = min(len(sound.points) for *_, sound in heard)
+        runs = [
+            _run(stored, number, run, levels.decibel(sound.pressure[:, :count]), sound) for number, run, sound in heard
+        ]
         points = [heard[0][1].point_name(point) for point in range(count)]
         caption = (
             "Sound pressure level of every line. Bars at the heads: confidence limits of lines within 20 dB of the "
@@ -33,7 +35,9 @@ def blocks(stored: Stored) -> list[Any]:
         found.append(_figure(stored, runs, points, "20 µPa", caption))
     powers = stored.having(lambda run: run.hand_off("sound_power", SoundPower))
     if powers:
-        runs = [_run(stored, number, run, levels.power_level(of.power)[:, None], of) for number, run, of in powers]
+        runs = [
+            _run(stored, number, run, levels.power_level(sound.power)[:, None], sound) for number, run, sound in powers
+        ]
         found.append(_figure(stored, runs, ["sound power"], "1 pW", "Sound power level of every line."))
     return found
 
@@ -59,7 +63,7 @@ def _run(
         "symbol": symbol(number),
         "turns": turns,
         "frequency": rounded(frequency[seen], 4),
-        "level": [rounded(of[seen]) for of in level.T],
+        "level": [rounded(point_level[seen]) for point_level in level.T],
         "origin": [label(name) for name in names],
     }
     limits = run.summary.get("lines", []) if isinstance(sound, FieldPressure) else []

@@ -41,22 +41,22 @@ def blocks(stored: Stored) -> list[Any]:
         "sharpness / acum",
         "roughness / asper",
     ]
-    masked = any("background_loudness_sone" in of for _, _, of in heard)
+    masked = any("background_loudness_sone" in hearing for _, _, hearing in heard)
     if masked:
         head += ["with background / sone", "background / sone"]
-    rows = [_row(run.name, of, masked) for _, run, of in heard]
+    rows = [_row(run.name, hearing, masked) for _, run, hearing in heard]
     found: list[Any] = [Table(head, rows)]
-    if any("time_s" in of for _, _, of in heard):
+    if any("time_s" in hearing for _, _, hearing in heard):
         found.append(_curves(heard))
-    judged = [(number, run, of) for number, run, of in heard if of.get("order_tones")]
+    judged = [(number, run, hearing) for number, run, hearing in heard if hearing.get("order_tones")]
     found += [_order_tones(judged, key) for key in RATIOS if judged]
     tones = [
         (
             run.name, tone["name"], f"{tone['frequency_hz']:.0f}", f"{tone['level_dB']:.1f}",
             *_noise_ratios(tone), "prominent" if tone["prominent"] else "",
         )
-        for _, run, of in heard
-        for tone in of.get("tones", [])
+        for _, run, hearing in heard
+        for tone in hearing.get("tones", [])
     ]  # fmt: skip
     if tones:
         titles = ("configuration", "tone", "frequency / Hz", "level / dB", "tone to noise / dB", "limits / dB")
@@ -68,26 +68,26 @@ def blocks(stored: Stored) -> list[Any]:
 def _noise_ratios(tone: dict[str, Any]) -> tuple[str, str, str]:
     """Return tone-to-noise ratio, its limits and prominence ratio; dashes where the background has no energy."""
     ratio, prominence = (noise_ratio(tone[key]) for key in RATIOS)
-    over_bands = "" if prominence is None else number_text(prominence)
+    prominence_text = "" if prominence is None else number_text(prominence)
     if ratio is None:
-        return ("no noise", "", over_bands)
-    return (number_text(ratio), limits_text(tone["tone_to_noise_limits_dB"]), over_bands)
+        return ("no noise", "", prominence_text)
+    return (number_text(ratio), limits_text(tone["tone_to_noise_limits_dB"]), prominence_text)
 
 
-def _row(name: str, of: dict[str, Any], masked: bool) -> list[str]:
+def _row(name: str, hearing: dict[str, Any], masked: bool) -> list[str]:
     """Return the cells of a configuration."""
-    low, high = of["loudness_limits_sone"]
+    low, high = hearing["loudness_limits_sone"]
     cells = [
         name,
-        f"{of['loudness_sone']:.2f}",
+        f"{hearing['loudness_sone']:.2f}",
         f"below {high:.2f}" if low is None else f"{low:.2f}…{high:.2f}",
-        f"{of['loudness_level_phon']:.1f}",
-        f"{of['sharpness_acum']:.2f}",
-        f"{of['roughness_asper']:.2f}",
+        f"{hearing['loudness_level_phon']:.1f}",
+        f"{hearing['sharpness_acum']:.2f}",
+        f"{hearing['roughness_asper']:.2f}",
     ]
     if masked:
         names = ("loudness_with_background_sone", "background_loudness_sone")
-        cells += [f"{of[key]:.2f}" if key in of else "" for key in names]
+        cells += [f"{hearing[key]:.2f}" if key in hearing else "" for key in names]
     return cells
 
 
@@ -96,12 +96,17 @@ def _curves(heard: list[tuple[int, StoredRun, dict[str, Any]]]) -> Figure:
     layout = grid(list(CURVES.values()), 1, "input speed / rpm", "", same_y=False)
     traces = []
     for place, key in enumerate(CURVES):
-        for number, run, of in heard:
-            if key in of:
-                if key == "loudness_sone_in_time" and "loudness_upper_sone_in_time" in of:
-                    limits = [*of["loudness_upper_sone_in_time"], *reversed(of["loudness_lower_sone_in_time"])]
-                    traces.append(shade(number, run.name, [*of["speed_rpm"], *reversed(of["speed_rpm"])], limits))
-                x, y = packed(of["speed_rpm"]), packed(of[key])
+        for number, run, hearing in heard:
+            if key in hearing:
+                if key == "loudness_sone_in_time" and "loudness_upper_sone_in_time" in hearing:
+                    limits = [
+                        *hearing["loudness_upper_sone_in_time"],
+                        *reversed(hearing["loudness_lower_sone_in_time"]),
+                    ]
+                    traces.append(
+                        shade(number, run.name, [*hearing["speed_rpm"], *reversed(hearing["speed_rpm"])], limits)
+                    )
+                x, y = packed(hearing["speed_rpm"]), packed(hearing[key])
                 traces.append(curve(number, run.name, x, y, "%{x:.0f} rpm: %{y:.3g}", place=place))
         layout[f"yaxis{place + 1 if place else ''}"]["rangemode"] = "tozero"
     layout["legend"] = {"orientation": "h", "x": 0, "y": 1.06, "yanchor": "bottom"}
@@ -111,12 +116,12 @@ def _curves(heard: list[tuple[int, StoredRun, dict[str, Any]]]) -> Figure:
 
 def _order_tones(heard: list[tuple[int, StoredRun, dict[str, Any]]], key: str) -> Figure:
     """Return a ratio of every order to the background over speed, one panel an order, with the limit of prominence."""
-    titles = list(dict.fromkeys(tone["name"] for _, _, of in heard for tone in of["order_tones"]))
+    titles = list(dict.fromkeys(tone["name"] for _, _, hearing in heard for tone in hearing["order_tones"]))
     layout = grid(titles, 2, "input speed / rpm", "ratio / dB", legend=1.06)
     traces: list[dict[str, Any]] = []
     highest, gaps = 10.0, False
-    for number, run, of in heard:
-        for tone in of["order_tones"]:
+    for number, run, hearing in heard:
+        for tone in hearing["order_tones"]:
             place, speed = titles.index(tone["name"]), tone["speed_rpm"]
             ratios = [noise_ratio(ratio) for ratio in tone[key]]
             known = [ratio for ratio in ratios if ratio is not None]

@@ -32,15 +32,17 @@ def blocks(stored: Stored) -> list[Any]:
     head = ("configuration", "microphone", "position / m", "level / dB(A)")
     found: list[Any] = [Table(head, rows, caption, folded=len(rows) > 12, numbers=3)] if rows else []
     balloons = stored.having(lambda run: run.hand_off(BALLOON, FieldPressure))
-    tops = _tops([of for *_, of in balloons])
-    return found + [_balloon(run, of, tops) for _, run, of in balloons]
+    tops = _tops([balloon for *_, balloon in balloons])
+    return found + [_balloon(run, balloon, tops) for _, run, balloon in balloons]
 
 
 def _tops(balloons: list[FieldPressure]) -> dict[float, float]:
     """Return frequency (Hz) → highest level (dB) of the lines that are loudest in dB(A) in any configuration."""
     found: dict[float, float] = {}
-    for of in balloons:
-        for f, level in zip(of.frequency.tolist(), levels.decibel(of.pressure).max(axis=1).tolist(), strict=True):
+    for balloon in balloons:
+        for f, level in zip(
+            balloon.frequency.tolist(), levels.decibel(balloon.pressure).max(axis=1).tolist(), strict=True
+        ):
             if f > 0:
                 found[f] = max(found.get(f, level), level)
     loudest = sorted(found, key=lambda f: -(found[f] + float(levels.a_weighting(f))))
@@ -58,12 +60,12 @@ def _balloon(run: StoredRun, pressure: FieldPressure, tops: dict[float, float]) 
     unit = unit / np.linalg.norm(unit, axis=2, keepdims=True)
     traces = []
     for number, line in enumerate(chosen):
-        of, top = level[line].reshape(shape), tops[float(pressure.frequency[line])]
-        size = np.maximum(of - top + RANGE, 0.0)
+        line_level, top = level[line].reshape(shape), tops[float(pressure.frequency[line])]
+        size = np.maximum(line_level - top + RANGE, 0.0)
         x, y, z = np.moveaxis(unit * size[:, :, None], 2, 0)
         traces.append(
             {
-                "type": "surface", "x": packed(x), "y": packed(y), "z": packed(z), "surfacecolor": packed(of),
+                "type": "surface", "x": packed(x), "y": packed(y), "z": packed(z), "surfacecolor": packed(line_level),
                 "colorscale": "Viridis", "cmin": top - RANGE, "cmax": top,
                 "colorbar": {"title": {"text": "dB re<br>20 µPa"}, "thickness": 12}, "visible": number == 0,
                 "hovertemplate": "%{surfacecolor:.1f} dB<extra></extra>",

@@ -137,8 +137,13 @@ def _tracks(history: PressureHistory, orders: list[tuple[float, str]]) -> dict[s
         "angle": packed(first.angle, "f8"),
         "speed": packed(first.input_speed),
         "orders": [
-            {"name": name, "order": of.order, "real": packed(of.envelope.real), "imag": packed(of.envelope.imag)}
-            for name, of in tracks
+            {
+                "name": name,
+                "order": track.order,
+                "real": packed(track.envelope.real),
+                "imag": packed(track.envelope.imag),
+            }
+            for name, track in tracks
         ],
     }
 
@@ -149,11 +154,11 @@ def _orders(stored: Stored) -> list[tuple[float, str]]:
     Records in which the input turns too few times resolve none.
     """
     histories = [run.pressure_history for run in stored.runs if run.pressure_history is not None]
-    if any(np.trapezoid(of.input_speed, of.time) <= 2 * np.pi * LEAST_TURNS for of in histories):
+    if any(np.trapezoid(history.input_speed, history.time) <= 2 * np.pi * LEAST_TURNS for history in histories):
         return []
     if histories:
         curves = next(iter(stored.curves.values()))
-        return [(of.order, of.name) for of in curves if of.order is not None][:ORDERS]
+        return [(curve.order, curve.name) for curve in curves if curve.order is not None][:ORDERS]
     loudest: dict[float, float] = {}
     turning = False
     for run in stored.runs:
@@ -162,11 +167,13 @@ def _orders(stored: Stored) -> list[tuple[float, str]]:
         turns = run.pressure.input_speed / (2 * np.pi)
         turning = turning or turns > 0
         frequency, level = run.weighted_lines
-        for at in np.argsort(-level)[:ORDERS]:
-            order = round(float(frequency[at] / (turns or 1.0)), 6)
-            loudest[order] = max(loudest.get(order, -np.inf), float(level[at]))
+        for line in np.argsort(-level)[:ORDERS]:
+            order = round(float(frequency[line] / (turns or 1.0)), 6)
+            loudest[order] = max(loudest.get(order, -np.inf), float(level[line]))
     least = max(loudest.values(), default=0.0) - LEAST_RANGE
-    chosen = sorted(sorted((of for of in loudest if loudest[of] > least), key=lambda order: -loudest[order])[:ORDERS])
+    chosen = sorted(
+        sorted((order for order in loudest if loudest[order] > least), key=lambda order: -loudest[order])[:ORDERS]
+    )
     return [(order, _name(stored, order) if turning else f"{order:g} Hz") for order in chosen]
 
 
@@ -178,7 +185,7 @@ def _name(stored: Stored, order: float) -> str:
 def _embedded_rate(stored: Stored, histories: list[PressureHistory]) -> int:
     """Return the sampling rate (Hz) of the records in the page; 0 where none is small enough."""
     high = max((float(run.case.get("values", {}).get("band.high", 0.0)) for run in stored.runs), default=0.0)
-    seconds = sum(float(of.time[-1] - of.time[0]) for of in histories)
+    seconds = sum(float(history.time[-1] - history.time[0]) for history in histories)
     wanted = audible_rate(high or 20e3, RATES[0])
     return next((rate for rate in reversed(RATES) if rate <= wanted and 2 * rate * seconds <= EMBEDDED), 0)
 
@@ -195,8 +202,15 @@ def _background(stored: Stored) -> Sound | None:
 def _files(stored: Stored) -> list[Any]:
     """Return the table of sound files."""
     rows = [
-        (name, of["file"], f"{of['rate_hz']}", f"{of['seconds']:.4g}", f"{of['rms_Pa']:.4g}", f"{of['level_dB']:.1f}")
-        for name, of in _entries(stored)
+        (
+            name,
+            entry["file"],
+            f"{entry['rate_hz']}",
+            f"{entry['seconds']:.4g}",
+            f"{entry['rms_Pa']:.4g}",
+            f"{entry['level_dB']:.1f}",
+        )
+        for name, entry in _entries(stored)
     ]
     head = ("sound", "file", "samples per second", "duration / s", "RMS / Pa", "level / dB")
     caption = "Files: 32-bit floating point, sample 1.0 = 1 Pa. Levels re 20 µPa, not weighted."

@@ -35,12 +35,12 @@ EXPLANATION = (
 def blocks(stored: Stored) -> list[Any]:
     """Return the table of targets, and a figure of every curve or spectrum."""
     found = stored.having(lambda run: run.summary.get("targets"))
-    judged = [(number, run.name, of) for number, run, every in found for of in every]
+    judged = [(number, run.name, target) for number, run, every in found for target in every]
     if not judged:
         return []
     head = ("configuration", "target", "result", "at", "level", "limits", "target level", "margin / dB", "confidence")
-    table = Table(head, [_row(name, of) for _, name, of in judged], numbers=4)
-    names = dict.fromkeys(of["name"] for _, _, of in judged if len(of["points"]) > 1)
+    table = Table(head, [_row(name, target) for _, name, target in judged], numbers=4)
+    names = dict.fromkeys(target["name"] for _, _, target in judged if len(target["points"]) > 1)
     figures = [_figure([one for one in judged if one[2]["name"] == name]) for name in names]
     return [table, *figures, Text(EXPLANATION, style="small")]
 
@@ -76,14 +76,15 @@ def _figure(judged: list[tuple[int, str, Mapping[str, Any]]]) -> Figure:
     """Return levels with their limits below a target."""
     first = judged[0][2]
     traces: list[dict[str, Any]] = []
-    shown = [_level(point) for _, _, of in judged for point in of["points"] if point["level_dB"] is not None]
+    shown = [_level(point) for _, _, target in judged for point in target["points"] if point["level_dB"] is not None]
     floor = max([*shown, first["points"][0]["target_dB"]]) - 40.0
     for number, name, target in judged:
         points = [point for point in target["points"] if _level(point) > floor]
         traces.append(
             {
                 "type": "scatter", "mode": "markers", "name": label(name),
-                "x": rounded((of["axis"] for of in points), 3), "y": rounded(of["level_dB"] for of in points),
+                "x": rounded((point["axis"] for point in points), 3),
+                "y": rounded(point["level_dB"] for point in points),
                 "marker": {"color": colour(number), "symbol": symbol(number), "size": 8},
                 "error_y": whiskers([(point["level_dB"], point["limits_dB"]) for point in points], floor, number, 1),
                 "hovertemplate": "%{x:.5g}: %{y:.1f} " + first["unit"] + "<extra>" + label(name) + "</extra>",
@@ -99,12 +100,12 @@ def _figure(judged: list[tuple[int, str, Mapping[str, Any]]]) -> Figure:
                     "line": {"color": "#1d2329", "width": 2, "dash": dash(number), "shape": "linear"},
                 }
             )  # fmt: skip
-    over_speed = first["axis"] == "speed_rpm"
+    speed_axis = first["axis"] == "speed_rpm"
     frequencies = [point["axis"] for point in first["points"]]
     frequencies = frequencies[:: -(-len(frequencies) // 20)]
-    top = max([*shown, *(point["target_dB"] for _, _, of in judged for point in of["points"])])
+    top = max([*shown, *(point["target_dB"] for _, _, target in judged for point in target["points"])])
     ticks = {"type": "log", "tickvals": frequencies, "ticktext": [f"{f:g}" for f in frequencies]}
-    x, span = "input speed / rpm" if over_speed else "frequency / Hz", {"range": [floor, top + 6.0]}
-    layout = axes(x, f"level / {first['unit']}", xaxis={} if over_speed else ticks, yaxis=span)
+    x, span = "input speed / rpm" if speed_axis else "frequency / Hz", {"range": [floor, top + 6.0]}
+    layout = axes(x, f"level / {first['unit']}", xaxis={} if speed_axis else ticks, yaxis=span)
     caption = f"Target {first['name']}, and the levels with their confidence limits."
     return Figure(caption, traces, layout, height=300)

@@ -42,13 +42,13 @@ def blocks(stored: Stored) -> list[Any]:
     if not places:
         return []
     bodies = []
-    for run, forces, of in found:
-        motion = _motion(forces, of, places)
+    for run, forces, reduced in found:
+        motion = _motion(forces, reduced, places)
         assert run.pressure_history is not None
-        vectors, point = stored.radiating(TransferVectors, of.surface.content_hash), run.pressure_history.points[0]
-        parts = _contribution(vectors, point, of, places, motion)
-        bodies.append(MovingBody(run.name, of.surface, motion, {} if parts is None else {CONTRIBUTION: parts}))
-    heard = np.array([[_level(of, *place) for place in places] for of in cuts.values()])
+        vectors, point = stored.radiating(TransferVectors, reduced.surface.content_hash), run.pressure_history.points[0]
+        parts = _contribution(vectors, point, reduced, places, motion)
+        bodies.append(MovingBody(run.name, reduced.surface, motion, {} if parts is None else {CONTRIBUTION: parts}))
+    heard = np.array([[_level(run_cuts, *place) for place in places] for run_cuts in cuts.values()])
     texts = [_text(cuts, place, heard[:, number]) for number, place in enumerate(places)]
     weight = [float(levels.a_weighting(order * speed / (2 * np.pi))) for order, speed in places]
     caption = (
@@ -69,24 +69,24 @@ def blocks(stored: Stored) -> list[Any]:
 
 def _highest(stored: Stored) -> float:
     """Return the highest frequency (Hz) of the maps."""
-    return min(float(of.axis[-1]) for of, _ in stored.run_up_maps.values())
+    return min(float(waterfall.axis[-1]) for waterfall, _ in stored.run_up_maps.values())
 
 
 def _places(cuts: dict[str, list[Curve]], forces: list[BearingForces], highest: float) -> list[tuple[float, float]]:
     """Return order and speed (rad/s) of every place of the slider."""
-    slow = max(float(of.input_speed.min()) for of in forces)
-    fast = min(float(of.input_speed.max()) for of in forces)
+    slow = max(float(record.input_speed.min()) for record in forces)
+    fast = min(float(record.input_speed.max()) for record in forces)
     if fast < LEAST_RISE * slow:  # a record of a fluctuating speed, not a run-up
         return []
     speeds = np.linspace(max(slow, 0.05 * fast), fast, SPEEDS + 2)[1:-1]
     first = next(iter(cuts.values()))
     loud = {
-        of.order: max(
-            float(np.max(each[number].level + levels.a_weighting(of.order * each[number].speed / (2 * np.pi))))
+        cut.order: max(
+            float(np.max(each[number].level + levels.a_weighting(cut.order * each[number].speed / (2 * np.pi))))
             for each in cuts.values()
         )
-        for number, of in enumerate(first)
-        if of.order
+        for number, cut in enumerate(first)
+        if cut.order
     }
     chosen = sorted(sorted(loud, key=lambda order: -loud[order])[:ORDERS])
     return [(order, float(n)) for order in chosen for n in speeds if order * n / (2 * np.pi) <= highest]
@@ -96,7 +96,7 @@ def _motion(forces: BearingForces, housing: ReducedHousing, places: list[tuple[f
     """Return the normal velocity (n_place, n_face) m/s."""
     rows = []
     for order in dict.fromkeys(order for order, _ in places):
-        speeds = np.array([speed for of, speed in places if of == order])
+        speeds = np.array([speed for other, speed in places if other == order])
         rows.append(respond(housing, order_forces(forces, order, speeds)).normal_velocity)
     return np.concatenate(rows)
 
@@ -114,25 +114,25 @@ def _contribution(
     """
     frequency = np.array([order * speed / (2 * np.pi) for order, speed in places])
     lines, back = np.unique(frequency, return_inverse=True)
-    for of in vectors:
-        apart = np.linalg.norm(of.points - point, axis=1)
+    for transfer_vectors in vectors:
+        apart = np.linalg.norm(transfer_vectors.points - point, axis=1)
         if apart.min() > SAME_PLACE:
             continue
         with suppress(InputError), silence_accuracy_warnings():
-            at_lines = interpolate_vectors(of, lines).vectors[back, apart.argmin()]
-            return phase_pressure(at_lines * motion, housing.surface.areas)
+            line_vectors = interpolate_vectors(transfer_vectors, lines).vectors[back, apart.argmin()]
+            return phase_pressure(line_vectors * motion, housing.surface.areas)
     return None
 
 
 def _level(cuts: list[Curve], order: float, speed: float) -> float:
     """Return the level (dB) of an order at a speed."""
-    of = next(cut for cut in cuts if cut.order == order)
-    rising = np.argsort(of.speed)
-    return float(np.interp(speed, of.speed[rising], of.level[rising]))
+    order_cut = next(cut for cut in cuts if cut.order == order)
+    rising = np.argsort(order_cut.speed)
+    return float(np.interp(speed, order_cut.speed[rising], order_cut.level[rising]))
 
 
 def _text(cuts: dict[str, list[Curve]], place: tuple[float, float], heard: FloatArray) -> str:
     order, speed = place
-    name = next(of.name for of in next(iter(cuts.values())) if of.order == order)
+    name = next(cut.name for cut in next(iter(cuts.values())) if cut.order == order)
     sound = ", ".join(f"{run} {levels.number_text(level)} dB" for run, level in zip(cuts, heard, strict=True))
     return f"{name}, {30 * speed / np.pi:.0f} rpm ({order * speed / (2 * np.pi):.0f} Hz): {sound}"

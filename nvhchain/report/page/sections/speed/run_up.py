@@ -54,13 +54,13 @@ def blocks(stored: Stored) -> list[Any]:
         "energy are followed. Windows last ten turns of the input."
     )
     remarks = [Text(text) for _, run, _ in heard for text in _contact_loss(run)]
-    if all(constant_speed(of.input_speed) for _, _, of in heard):
+    if all(constant_speed(history.input_speed) for _, _, history in heard):
         return [Text(f"{note} The mean speed is constant."), *remarks, _mean_levels(numbers, maps)]
     found: list[Any] = [Text(note), *remarks, _overall(stored, numbers, curves)]
     if len(next(iter(curves.values()))) > 1:
         found.append(_order_cuts(stored, numbers, curves))
     for number, (title, word) in enumerate((("frequency / Hz", "frequency"), ("order of the input", "order"))):
-        found.append(_maps(stored, {name: of[number] for name, of in maps.items()}, title, word))
+        found.append(_maps(stored, {name: waterfalls[number] for name, waterfalls in maps.items()}, title, word))
     return found
 
 
@@ -90,21 +90,21 @@ def title(stored: Stored) -> str:
 
 def kind_of_record(stored: Stored) -> str:
     """Return what the records are, as a headline."""
-    speeds = [of.input_speed for _, _, of in stored.having(lambda run: run.pressure_history)]
+    speeds = [history.input_speed for _, _, history in stored.having(lambda run: run.pressure_history)]
     if speeds and all(map(constant_speed, speeds)):
         return "Record at constant speed"
-    return "Run-down" if speeds and all(of[-1] < of[0] for of in speeds) else TITLE
+    return "Run-down" if speeds and all(speed[-1] < speed[0] for speed in speeds) else TITLE
 
 
 def _mean_levels(numbers: dict[str, int], maps: dict[str, tuple[Waterfall, Waterfall]]) -> Figure:
     """Return the mean level of all windows against frequency."""
     traces, tops = [], []
     for name, number in numbers.items():
-        of = maps[name][0]
-        level = levels.decibel(np.sqrt((np.abs(of.amplitude[:, 1:]) ** 2).mean(axis=0)))
+        waterfall = maps[name][0]
+        level = levels.decibel(np.sqrt((np.abs(waterfall.amplitude[:, 1:]) ** 2).mean(axis=0)))
         tops.append(float(level.max()))
         hover = "%{x:.0f} Hz: %{y:.1f} dB"
-        traces.append(curve(number, name, packed(of.axis[1:]), packed(level), hover, width=1.3))
+        traces.append(curve(number, name, packed(waterfall.axis[1:]), packed(level), hover, width=1.3))
     span = {"range": [max(tops) - RANGE, max(tops) + 3.0]}
     layout = axes("frequency / Hz", "level / dB re 20 µPa", yaxis=span)
     return Figure("Sound pressure level of lines, mean of all windows.", traces, layout, height=360)
@@ -113,7 +113,7 @@ def _mean_levels(numbers: dict[str, int], maps: dict[str, tuple[Waterfall, Water
 def _overall(stored: Stored, numbers: dict[str, int], curves: dict[str, list[Curve]]) -> Figure:
     traces = [trace for trace in speed_traces(stored.runs) if trace.get("fill")]
     traces += [_curve(name, number, curves[name][0], "dB(A)") for name, number in numbers.items()]
-    top = max(float(of[0].level.max()) for of in curves.values())
+    top = max(float(run_curves[0].level.max()) for run_curves in curves.values())
     span = [top - 45.0, max(top, speed_range(stored.runs)[1] - 3.0) + 3.0]
     layout = axes("input speed / rpm", "level / dB(A) re 20 µPa", yaxis={"range": span})
     caption = "Overall level over speed. Shaded: confidence limits, with the distances of twenty parts of the run-up."
@@ -121,11 +121,11 @@ def _overall(stored: Stored, numbers: dict[str, int], curves: dict[str, list[Cur
 
 
 def _order_cuts(stored: Stored, numbers: dict[str, int], curves: dict[str, list[Curve]]) -> Figure:
-    cuts = {name: of[1:] for name, of in curves.items()}
-    titles = [of.name for of in next(iter(cuts.values()))]
+    cuts = {name: run_curves[1:] for name, run_curves in curves.items()}
+    titles = [cut.name for cut in next(iter(cuts.values()))]
     layout = grid(titles, 2, "input speed / rpm", "level / dB", legend=1.06)
     traces = []
-    top = max(float(of.level.max()) for of_run in cuts.values() for of in of_run)
+    top = max(float(cut.level.max()) for run_cuts in cuts.values() for cut in run_cuts)
     for place in range(len(titles)):
         layout[f"yaxis{place + 1 if place else ''}"]["range"] = [top - RANGE, top + 3.0]
         for name, number in numbers.items():
@@ -137,9 +137,13 @@ def _order_cuts(stored: Stored, numbers: dict[str, int], curves: dict[str, list[
 
 def _limits(run: StoredRun, number: int, cut: Curve, place: int, floor: float) -> list[dict[str, Any]]:
     """Return the shaded limits of an order; none where the summary has none."""
-    known = [of for of in run.summary.get("order_limits", []) if abs(of["order"] - (cut.order or 0.0)) < 1e-6]
+    known = [
+        order_limits
+        for order_limits in run.summary.get("order_limits", [])
+        if abs(order_limits["order"] - (cut.order or 0.0)) < 1e-6
+    ]
     slow, fast = cut.speed.min() * 30 / np.pi, cut.speed.max() * 30 / np.pi
-    inside = [part for of in known for part in of["parts"] if slow <= part["speed_rpm"] <= fast]
+    inside = [part for order_limits in known for part in order_limits["parts"] if slow <= part["speed_rpm"] <= fast]
     parts = sorted(inside, key=lambda part: float(part["speed_rpm"]))
     if len(parts) < 2:
         return []
@@ -154,15 +158,18 @@ def _limits(run: StoredRun, number: int, cut: Curve, place: int, floor: float) -
     return [limits | panel(place)]
 
 
-def _curve(name: str, number: int, of: Curve, unit: str, place: int | None = None) -> dict[str, Any]:
-    rising = np.argsort(of.speed)
-    x, y = packed(of.speed[rising] * 30 / np.pi), packed(np.where(of.level > -100.0, of.level, np.nan)[rising])
+def _curve(name: str, number: int, level_curve: Curve, unit: str, place: int | None = None) -> dict[str, Any]:
+    rising = np.argsort(level_curve.speed)
+    x, y = (
+        packed(level_curve.speed[rising] * 30 / np.pi),
+        packed(np.where(level_curve.level > -100.0, level_curve.level, np.nan)[rising]),
+    )
     return curve(number, name, x, y, "%{x:.0f} rpm: %{y:.1f} " + unit, place=place, legendgroup=label(name))
 
 
 def _maps(stored: Stored, maps: dict[str, Waterfall], title: str, word: str) -> Figure:
     """Return waterfalls side by side with one scale of colours."""
-    shown = {name: _level(of) for name, of in maps.items()}
+    shown = {name: _level(waterfall) for name, waterfall in maps.items()}
     top = max(float(level.max()) for _, _, level in shown.values())
     layout = grid(list(shown), len(shown), title, "input speed / rpm")
     layout |= colour_scale(top, RANGE, "dB re<br>20 µPa")
@@ -188,11 +195,11 @@ def _maps(stored: Stored, maps: dict[str, Waterfall], title: str, word: str) -> 
     return Figure(caption, traces, layout, height=420)
 
 
-def _level(of: Waterfall) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _level(waterfall: Waterfall) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return axis (n,), rising speed (m,) rpm and level (m, n) dB, with neighbours merged to their strongest."""
-    size = np.abs(of.amplitude)[:, 1:]
-    rising = np.argsort(of.input_speed)
-    speed, size, axis = of.input_speed[rising] * 30 / np.pi, size[rising], of.axis[1:]
+    size = np.abs(waterfall.amplitude)[:, 1:]
+    rising = np.argsort(waterfall.input_speed)
+    speed, size, axis = waterfall.input_speed[rising] * 30 / np.pi, size[rising], waterfall.axis[1:]
     for dimension, most in ((0, SPEEDS), (1, LINES)):
         count = size.shape[dimension]
         first = np.arange(0, count, -(-count // most))

@@ -42,31 +42,31 @@ def blocks(stored: Stored) -> list[Any]:
     if not states:
         return []
     note = f"Overall level at {stored.microphone}, in steady states with the operators of the run."
-    failed = [f"{name}, {reason}" for name, of in states.items() for reason in of.get("failed", [])]
-    remarks = [f"{name}: {remark}" for name, of in states.items() for remark in of.get("remarks", [])]
+    failed = [f"{name}, {reason}" for name, steady in states.items() for reason in steady.get("failed", [])]
+    remarks = [f"{name}: {remark}" for name, steady in states.items() for remark in steady.get("remarks", [])]
     found: list[Any] = [Text(note), *(Text(f"Not computed: {text}") for text in failed[:3]), *map(Text, remarks)]
-    if all(len(of["torque_Nm"]) == 1 for of in states.values()):
+    if all(len(steady["torque_Nm"]) == 1 for steady in states.values()):
         curve = steady_speed_curves(stored)
         return [*found, curve] if len(states) == 1 else [*found, curve, _difference(states)]
-    found.append(_maps({name: (of, _levels(of)) for name, of in states.items()}, "dB(A)", "Overall level."))
+    found.append(_maps({name: (steady, _levels(steady)) for name, steady in states.items()}, "dB(A)", "Overall level."))
     return found if len(states) == 1 else [*found, difference_maps(states)]
 
 
 def stored_states(stored: Stored) -> dict[str, Any]:
     """Return configuration → its steady states in summary.json."""
-    return {run.name: of for run in stored.runs if (of := run.summary.get("steady_states"))}
+    return {run.name: steady for run in stored.runs if (steady := run.summary.get("steady_states"))}
 
 
 def steady_speed_curves(stored: Stored, *, height: int = 300) -> Figure:
     """Return the curves of all configurations at their first torque."""
     states = stored_states(stored)
     curves = [
-        _curve(number, name, of["speed_rpm"], _levels(of)[0], "dB(A)")
-        for number, (name, of) in enumerate(states.items())
+        _curve(number, name, steady["speed_rpm"], _levels(steady)[0], "dB(A)")
+        for number, (name, steady) in enumerate(states.items())
     ]
-    levels = [level for of in states.values() for level in (_levels(of)[0], *_ends(of, LEVEL)[0].T)]
+    levels = [level for steady in states.values() for level in (_levels(steady)[0], *_ends(steady, LEVEL)[0].T)]
     top = max(float(np.nanmax(level, initial=-1e3)) for level in levels)
-    bottom = max(float(np.nanmax(_levels(of)[0])) for of in states.values()) - RANGE
+    bottom = max(float(np.nanmax(_levels(steady)[0])) for steady in states.values()) - RANGE
     traces = _limits(states, LEVEL, bottom, top) + curves
     layout = axes("input speed / rpm", "level / dB(A)", yaxis={"range": [bottom, top + 3.0]})
     speed = stored.runs[0].pressure.input_speed * 30 / np.pi if stored.runs[0].pressure is not None else 0.0
@@ -80,29 +80,29 @@ def steady_speed_curves(stored: Stored, *, height: int = 300) -> Figure:
     )
 
 
-def _levels(of: Any) -> FloatArray:
-    return np.array(of["level_dBA"], dtype=float)
+def _levels(steady: Any) -> FloatArray:
+    return np.array(steady["level_dBA"], dtype=float)
 
 
-def _ends(of: Any, key: str) -> FloatArray:
+def _ends(steady: Any, key: str) -> FloatArray:
     """Return limits (n_torque, n_speed, 2); nan where a state has none, and at an open end."""
-    missing = [[(None, None)] * len(of["speed_rpm"])] * len(of["torque_Nm"])
-    return np.array(of.get(key, missing), dtype=float)
+    missing = [[(None, None)] * len(steady["speed_rpm"])] * len(steady["torque_Nm"])
+    return np.array(steady.get(key, missing), dtype=float)
 
 
 def _limit_words(states: dict[str, Any], key: str) -> str:
     """Return the words for limits, where a configuration has any."""
-    return ", with 95 % limits" if any(np.isfinite(_ends(of, key)).any() for of in states.values()) else ""
+    return ", with 95 % limits" if any(np.isfinite(_ends(steady, key)).any() for steady in states.values()) else ""
 
 
 def _limits(states: dict[str, Any], key: str, bottom: float, top: float) -> list[dict[str, Any]]:
     """Return the shaded limits of unbroken runs of states; open ends are at the edges `bottom` and `top` (dB)."""
     found = []
-    for number, (name, of) in enumerate(states.items()):
-        ends = _ends(of, key)[0]
+    for number, (name, steady) in enumerate(states.items()):
+        ends = _ends(steady, key)[0]
         known = np.flatnonzero(np.isfinite(ends).any(axis=1))
         for run in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
-            speed = np.array(of["speed_rpm"])[run].tolist()
+            speed = np.array(steady["speed_rpm"])[run].tolist()
             low, high = (
                 np.nan_to_num(each, nan=edge).tolist() for each, edge in zip(ends[run].T, (bottom, top), strict=True)
             )
@@ -111,7 +111,7 @@ def _limits(states: dict[str, Any], key: str, bottom: float, top: float) -> list
     return found
 
 
-def _ranges(of: Any, key: str) -> list[list[str]]:
+def _ranges(steady: Any, key: str) -> list[list[str]]:
     """Return the limits of a map as texts; empty ones where there are none."""
 
     def text(low: float, high: float) -> str:
@@ -119,7 +119,7 @@ def _ranges(of: Any, key: str) -> list[list[str]]:
             return "" if np.isnan(low) else f" (at least {number_text(low)})"
         return f" ({format_limits((None if np.isnan(low) else low, high))})"
 
-    return [[text(*ends) for ends in row] for row in _ends(of, key).tolist()]
+    return [[text(*ends) for ends in row] for row in _ends(steady, key).tolist()]
 
 
 def _curve(number: int, name: str, speed: list[float], level: FloatArray, unit: str) -> dict[str, Any]:
@@ -131,17 +131,21 @@ def _curve(number: int, name: str, speed: list[float], level: FloatArray, unit: 
 def _differences(states: dict[str, Any]) -> dict[str, Any]:
     """Return "configuration − first" → its states and differences (dB) from the first."""
     (base, first), *others = states.items()
-    return {f"{name} − {base}": (of, _levels(of) - _levels(first)) for name, of in others}
+    return {f"{name} − {base}": (steady, _levels(steady) - _levels(first)) for name, steady in others}
 
 
 def _difference(states: dict[str, Any]) -> Figure:
     """Return every configuration minus the first over speed."""
     differences = _differences(states)
     curves = [
-        _curve(number, name, of["speed_rpm"], level[0], "dB")
-        for number, (name, (of, level)) in enumerate(differences.items(), start=1)
+        _curve(number, name, steady["speed_rpm"], level[0], "dB")
+        for number, (name, (steady, level)) in enumerate(differences.items(), start=1)
     ]
-    shown = [np.abs(values) for of, level in differences.values() for values in (level[0], *_ends(of, DIFFERENCE)[0].T)]
+    shown = [
+        np.abs(values)
+        for steady, level in differences.values()
+        for values in (level[0], *_ends(steady, DIFFERENCE)[0].T)
+    ]
     edge = max(1.0, *(float(np.nanmax(values, initial=0.0)) for values in shown)) + 1.0
     named = dict(zip(["", *differences], states.values(), strict=True))
     traces = _limits(named, DIFFERENCE, -edge, edge) + curves
@@ -163,8 +167,9 @@ def _maps(levels: dict[str, Any], unit: str, caption: str, *, limits: str = LEVE
     layout |= colour_scale(top, RANGE, unit)
     hover = "%{x:.0f} rpm, %{y:g} N m: %{z:.1f} " + unit + "%{customdata}"
     traces = [
-        heat_map(place, name, of["speed_rpm"], of["torque_Nm"], level, hover) | {"customdata": _ranges(of, limits)}
-        for place, (name, (of, level)) in enumerate(levels.items())
+        heat_map(place, name, steady["speed_rpm"], steady["torque_Nm"], level, hover)
+        | {"customdata": _ranges(steady, limits)}
+        for place, (name, (steady, level)) in enumerate(levels.items())
     ]
     return Figure(f"{caption} Colours: {unit}.", traces, layout, height=height)
 
@@ -179,8 +184,8 @@ def difference_maps(states: dict[str, Any], *, height: int = 380) -> Figure:
     colours = [[0.0, QUIETER], [0.5, "#f6f7f9"], [1.0, LOUDER]]
     scale = {"colorscale": colours, "cmin": round(-most, 1), "cmax": round(most, 1)}
     figure.layout["coloraxis"] |= scale
-    for trace, (of, level) in zip(figure.data, levels.values(), strict=True):
-        open_ones = ~decided_states(of, level)
+    for trace, (steady, level) in zip(figure.data, levels.values(), strict=True):
+        open_ones = ~decided_states(steady, level)
         numbers = [[number_text(x, "+.1f") if np.isfinite(x) else "" for x in row] for row in level.tolist()]
         numbers = [
             [f"({text})" if text and undecided else text for text, undecided in zip(*row, strict=True)]

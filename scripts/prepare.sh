@@ -50,3 +50,6 @@ if [ -n "$library" ] && [ -n "$(missing)" ]; then
     provide "gmsh lacks system libraries ($(missing | sed 's/ $//'))" $GMSH_PACKAGES
     [ -z "$(missing)" ] || fail "gmsh still lacks $(missing)after installing $GMSH_PACKAGES"
 fi
+
+# modules are compiled once, so that no first command waits for it, also where the environment forbids to keep them
+"$VENV/bin/python" -m compileall -q nvhchain

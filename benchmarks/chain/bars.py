@@ -66,6 +66,9 @@ BARS = (
 )
 COLD = Bar("first comparison, not compiled", BARS[0].words, {"draft": 75.0}, fresh=True)
 
+_UNUSUAL = {"NVHCHAIN_CACHE", "PYTHONDONTWRITEBYTECODE"}
+"""Variables of the environment that change times and that few users set."""
+
 
 def measured(bar: Bar, fidelity: str, kept: Path, kernels: Path) -> dict[str, Any]:
     """Return the seconds to the verdict and to the end, processor seconds, and the summary's level with its limits.
@@ -77,7 +80,7 @@ def measured(bar: Bar, fidelity: str, kept: Path, kernels: Path) -> dict[str, An
     if not bar.fresh:
         shutil.copytree(kept, out)
     command = [sys.executable, "-m", "nvhchain", *bar.words, "--fidelity", fidelity, "--out", str(out)]
-    environment = {name: value for name, value in os.environ.items() if name != "NVHCHAIN_CACHE"}
+    environment = {name: value for name, value in os.environ.items() if name not in _UNUSUAL}
     before, start, verdict = _processor_seconds(), time.perf_counter(), None
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment | {"NUMBA_CACHE_DIR": str(kernels)}

@@ -62,7 +62,7 @@ class Origin:
 
 
 HEARD = 80.0
-"""Range (dB) below the strongest line in which lines are computed with moved natural frequencies."""
+"""Range (dB) below the strongest line in which the errors of lines are computed; others err as their neighbours do."""
 
 
 def error_band(
@@ -76,12 +76,31 @@ def error_band(
 
     velocity: surface velocity that the pressure was computed from.
     """
-    case, fidelity, housing, force_spectrum = origin.case, origin.fidelity, origin.housing, origin.force_spectrum
-    lines, size = pressure.frequency, np.abs(pressure.pressure)
+    size = np.abs(pressure.pressure)
     require(
-        np.array_equal(lines, velocity.frequency),
-        f"pressure at {len(lines)} and velocity at {len(velocity.frequency)} lines: give those of one run",
+        np.array_equal(pressure.frequency, velocity.frequency),
+        f"pressure at {len(size)} and velocity at {len(velocity.frequency)} lines: give those of one run",
     )
+    whole = ErrorBand(pressure.frequency, size, {})
+    heard = _heard(whole)
+    chosen = ErrorBand(whole.frequency[heard], size[heard], {})
+    band = _heard_band(origin, chosen, velocity.select(heard), pressure.input_speed, transfer_vectors)
+    sources, falls = (
+        {name: _spread(whole, heard, error) for name, error in errors.items()} for errors in (band.sources, band.falls)
+    )
+    return replace(whole, sources=sources, falls=falls, moved=band.moved)
+
+
+def _heard_band(
+    origin: Origin,
+    band: ErrorBand,
+    velocity: SurfaceVelocity,
+    input_speed: float,
+    transfer_vectors: TransferVectors | None,
+) -> ErrorBand:
+    """Return the band of a pressure, which comes without sources, at the lines of a surface velocity."""
+    case, fidelity, housing, force_spectrum = origin.case, origin.fidelity, origin.housing, origin.force_spectrum
+    lines, size = band.frequency, band.amplitude
     scale, sources, vectors = size, dict[str, FloatArray](), None
     if housing is not None and force_spectrum is not None and transfer_vectors is not None:
         assert isinstance(case, GearboxCase)
@@ -89,44 +108,38 @@ def error_band(
         shares = modal.pressure_shares(housing, force_spectrum, vectors)
         scale = np.maximum(size, shares.size)
         sources["excluded modes"] = shares.excluded_modes(case, fidelity)
-    sources |= times(force_sources(origin, lines, pressure.input_speed, size), size)
+    sources |= times(force_sources(origin, lines, input_speed, size), size)
     accuracy = transfer_vectors.accuracy if transfer_vectors is not None else SoundAccuracy()
     sources |= times(radiation_error(velocity.surface, lines, case, fidelity.acoustics, accuracy), scale)
     if transfer_vectors is not None and len(transfer_vectors.frequency) > 2:
         estimate = acoustics.interpolation_error(transfer_vectors, velocity, fidelity=fidelity.acoustics)
         sources["masters"] = MASTER_MARGIN * estimate / COVERAGE
-    band = ErrorBand(lines, size, sources)
-    return band if vectors is None else _add_housing_error(band, origin, vectors)
-
-
-def _add_housing_error(band: ErrorBand, origin: Origin, vectors: ModalTransferVectors) -> ErrorBand:
-    """Return the band of a pressure with the source `housing`, computed at the lines that are heard."""
-    case, housing, spectrum, heard = origin.case, origin.housing, origin.force_spectrum, _heard(band)
+    band = replace(band, sources=sources)
+    if vectors is None:
+        return band
     assert isinstance(case, GearboxCase)
     assert housing is not None
-    assert spectrum is not None
-    lines = band.frequency[heard]
-    moved, forces = modal.moved_housings(housing), _forces_at_lines(spectrum, lines)
-    changes = force_changes(case, origin.fidelity, housing, moved, origin.mesh_laws, forces)
-    at = vectors.replace(frequency=lines, modes=vectors.modes[heard], residual=vectors.residual[heard])
-    made = add_housing(ErrorBand(lines, band.amplitude[heard], {}), housing, forces, at, moved, changes)
-    up, down = (_spread(band, heard, of["housing"]) for of in (made.sources, made.downward))
-    return replace(band, sources={**band.sources, "housing": up}, falls={"housing": down}, moved=made.moved)
+    assert force_spectrum is not None
+    moved, forces = modal.moved_housings(housing), _forces_at_lines(force_spectrum, lines)
+    changes = force_changes(case, fidelity, housing, moved, origin.mesh_laws, forces)
+    return add_housing(band, housing, forces, vectors, moved, changes)
 
 
 def _heard(band: ErrorBand) -> IntArray:
     """Return the lines within `HEARD` of the strongest at one of the places, A-weighted."""
     size = np.sqrt(band.weight) * band.amplitude
-    found = np.flatnonzero((size >= size.max(axis=0) * 10.0 ** (-HEARD / 20.0)).any(axis=1))
+    found = np.flatnonzero((size >= size.max(axis=0, initial=0.0) * 10.0 ** (-HEARD / 20.0)).any(axis=1))
     return found if len(found) else np.arange(len(size))
 
 
 def _spread(band: ErrorBand, heard: IntArray, error: FloatArray) -> FloatArray:
     """Return the errors of all lines: those beside the `heard` ones err as these do, relative to their size."""
+    if len(heard) == len(band.frequency):
+        return error
     size = band.amplitude[heard]
     relative = np.divide(error, size, out=np.zeros_like(size), where=size > 0)
-    of = [np.interp(band.frequency, band.frequency[heard], each) for each in relative.T]
-    return np.stack(of, axis=1) * band.amplitude
+    columns = [np.interp(band.frequency, band.frequency[heard], each) for each in relative.T]
+    return np.stack(columns, axis=1) * band.amplitude
 
 
 def add_housing(
@@ -148,7 +161,9 @@ def add_housing(
     applied = [change.apply(forces) for change in changes] or still
     sizes = modal.moved_pressures(housing, forces, vectors, list(zip(moved, applied, strict=True)))
     known = np.where(size > 0, size, 1.0)
-    rise, fall = (np.where(size > 0, of / known, 1.0) ** modal.SHAPES_SHARE for of in (sizes.max(0), sizes.min(0)))
+    rise, fall = (
+        np.where(size > 0, extreme / known, 1.0) ** modal.SHAPES_SHARE for extreme in (sizes.max(0), sizes.min(0))
+    )
     up, down = size * np.maximum(rise - 1.0, 0.0) / COVERAGE, size * np.maximum(1.0 - fall, 0.0) / COVERAGE
     energy = (band.weight * size**2).sum(axis=0)
     share = (band.weight * sizes**2).sum(axis=1) / np.where(energy > 0, energy, 1.0)
@@ -242,7 +257,7 @@ def power_band(
             sources |= {name: size * error / moving for name, error in shares.errors(case, fidelity).items()}
     sources |= times(force_sources(origin, lines, power.input_speed, size), size)
     if surface is None:
-        surface = next(of.surface for of in (velocity, housing) if of is not None)
+        surface = next(owner.surface for owner in (velocity, housing) if owner is not None)
     sources |= times(radiation_error(surface, lines, case, fidelity.acoustics, power.accuracy), size)
     stated = {"masters": power.accuracy.interpolation_error_db, "cancellation": power.accuracy.cancellation_error_db}
     sources |= {name: relative(error) * size for name, error in stated.items() if error is not None}

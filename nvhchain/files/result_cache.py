@@ -16,6 +16,7 @@ from contextlib import ExitStack, contextmanager
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, Protocol, TypeVar, runtime_checkable
+from weakref import WeakValueDictionary
 
 import numpy as np
 from filelock import FileLock, Timeout
@@ -107,15 +108,35 @@ def _sources(place: Path) -> tuple[Path, ...]:
 
 
 def cached_result(path: Path | None, kind: type[H], key: str) -> H | None:
-    """Return the hand-off in `path` if it is whole, of this kind and has this `key` in its provenance, else None."""
+    """Return the hand-off in `path` if it is whole, of this kind and has this `key` in its provenance, else None.
+
+    A file that this process has read or written, and that is as it was, is not read again while its hand-off lives.
+    """
     if path is None or not path.exists():
         return None
+    place = _file_state(path)
+    known = _IN_MEMORY.get((place, key))
+    if isinstance(known, kind):
+        return known
     try:
         hand_off = hdf5.load(path, kind)
         checked_warnings(hand_off.provenance.get("warnings", ()))
     except (FileFormatError, ValueError):
         return None
-    return hand_off if hand_off.provenance.get("key") == key else None
+    if hand_off.provenance.get("key") != key:
+        return None
+    _IN_MEMORY[place, key] = hand_off
+    return hand_off
+
+
+_IN_MEMORY = WeakValueDictionary[tuple[tuple[int, ...], str], HandOff]()
+"""State of a file and key → hand-off that was read from it or written to it, as long as somebody uses it."""
+
+
+def _file_state(path: Path) -> tuple[int, ...]:
+    """Return what changes with the content of a file: its place on the disk, time of change and size."""
+    state = path.stat()
+    return state.st_dev, state.st_ino, state.st_mtime_ns, state.st_size
 
 
 def origin(hand_off: HandOff) -> tuple[str, str] | None:
@@ -200,7 +221,7 @@ def _unstated(warnings: Sequence[AccuracyWarning], made: HandOff) -> list[tuple[
     """Return text, kind and subject of every warning that does not follow from the accuracy of a result."""
     stated = {doubt.text for accuracy in made.accuracies() for doubt in accuracy.doubts()}
     above = len(subject())
-    found = [(str(each), each.kind, each.about[above:]) for each in warnings if str(each) not in stated]
+    found = [(str(each), each.kind, each.subjects[above:]) for each in warnings if str(each) not in stated]
     return list(dict.fromkeys(found))
 
 
@@ -320,14 +341,15 @@ class ResultCache:
                 result: H = made.replace(provenance={**made.provenance, **provenance, **told})
                 for place in filter(None, (path, common)):
                     hdf5.save(result, place)
+                    _IN_MEMORY[_file_state(place), key] = result
                 _log.info("%s: computed in %.1f s", stage, time.perf_counter() - started)
                 self.watcher.end(stage, "computed")
                 return result
             _log.info("%s: cached in %s", stage, path)
             self.watcher.end(stage, "cached")
             warn_of(there)
-            for text, its_kind, about in checked_warnings(there.provenance.get("warnings", ())):
-                warn_again(text, its_kind, about)
+            for text, its_kind, names in checked_warnings(there.provenance.get("warnings", ())):
+                warn_again(text, its_kind, names)
             return there
 
     def find(self, name: str, kind: type[H], package: str, inputs: Sequence[Any], *, fidelity: Any) -> H | None:

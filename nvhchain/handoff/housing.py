@@ -224,6 +224,12 @@ class SurfaceVelocity(HandOff):
         """
         return cls(frequency, None, surface, coordinates, shapes)  # type: ignore[arg-type]
 
+    def select(self, lines: Any) -> SurfaceVelocity:
+        """Return the velocity at some of its lines: indices, a slice or a mask."""
+        if self.coordinates is None:
+            return self.replace(frequency=self.frequency[lines], normal_velocity=self.normal_velocity[lines])
+        return self.replace(frequency=self.frequency[lines], coordinates=self.coordinates[lines])
+
     def _check(self) -> None:
         given = "normal_velocity" in vars(self)
         factors = (self.coordinates is not None) + (self.shapes is not None)

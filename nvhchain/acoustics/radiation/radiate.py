@@ -94,13 +94,13 @@ def radiate(
     like that of `sound_power`, but begins only where the estimate is certain.
     """
     smooth = _prepare(atv, surface_velocity, fidelity)
-    of_vectors = atv.accuracy
-    shift = of_vectors.resonance_shift or 0.0
+    vector_accuracy = atv.accuracy
+    shift = vector_accuracy.resonance_shift or 0.0
     pressure, error, shifted = _evaluate(smooth, surface_velocity, len(atv.points), progress, shift)
     frequency, amplitude = surface_velocity.frequency, np.abs(pressure)
     peak, loudest = amplitude.max(axis=0), amplitude.max(axis=1)
     relative = error.max(axis=0) / np.where(peak > 0, peak, 1.0)
-    stated = 10.0 ** ((of_vectors.interpolation_error_db or 0.0) / 20.0) - 1.0  # vectors that are no masters
+    stated = 10.0 ** ((vector_accuracy.interpolation_error_db or 0.0) / 20.0) - 1.0  # vectors that are no masters
     told = SoundAccuracy(
         interpolation_error=np.maximum(relative, stated),
         interpolation_frequency=float(frequency[error.argmax(axis=0)][relative.argmax()]),
@@ -108,18 +108,19 @@ def radiate(
     )
     audible = heard(frequency, loudest)
     told |= missed_resonances(shift, smooth.poles, frequency, audible * loudest, shifted.max(axis=1), fidelity)
-    if of_vectors.elements_per_wavelength is not None:
-        one_element = float(atv.frequency[-1]) * of_vectors.elements_per_wavelength
-        quadrature = of_vectors.quadrature_error or 0.0
-        left = cancellation_of_motion(surface_velocity, loudest, atv.points, atv.air, atv.plane, quadrature)
-        short = short_waves(surface_velocity)
-        told |= cancellation_accuracy(frequency, audible, left**2, short, fidelity, one_element, ESTIMATE)
+    if vector_accuracy.elements_per_wavelength is not None:
+        one_element = float(atv.frequency[-1]) * vector_accuracy.elements_per_wavelength
+        quadrature, lines = vector_accuracy.quadrature_error or 0.0, np.flatnonzero(audible)
+        motion, power = surface_velocity.select(lines), np.ones(len(lines))
+        left = cancellation_of_motion(motion, loudest[lines], atv.points, atv.air, atv.plane, quadrature)
+        short = short_waves(motion)
+        told |= cancellation_accuracy(frequency[lines], power, left**2, short, fidelity, one_element, ESTIMATE)
     warn_of(told)
     return FieldPressure(
         frequency,
         atv.points,
         pressure,
-        accuracy=SoundAccuracy(expected_error_db=of_vectors.expected_error_db) | told,
+        accuracy=SoundAccuracy(expected_error_db=vector_accuracy.expected_error_db) | told,
         provenance={"stage": "acoustics.radiate", "fidelity": repr(fidelity)},
     )
 
@@ -160,7 +161,8 @@ def _prepare(atv: TransferVectors, surface_velocity: SurfaceVelocity, fidelity: 
 
 def _radiating(surface_velocity: SurfaceVelocity) -> np.ndarray:
     """Return the indices of lines whose velocity and frequency are not zero."""
-    moving = surface_velocity.normal_velocity.any(axis=1)
+    given = surface_velocity.coordinates
+    moving = (surface_velocity.normal_velocity if given is None else given).any(axis=1)
     return np.flatnonzero(moving & (surface_velocity.frequency > 0))
 
 
@@ -188,8 +190,8 @@ def _evaluate(
     for done, block in enumerate(blocks):
         values = [smooth.node_values(end) for end in block]
         distances = [smooth.distance(end) for end in block]
-        for at, piece in enumerate(pieces):
-            report(done * len(pieces) + at, len(blocks) * len(pieces))
+        for number, piece in enumerate(pieces):
+            report(done * len(pieces) + number, len(blocks) * len(pieces))
             frequency = surface_velocity.frequency[piece]
             velocity = np.ascontiguousarray(surface_velocity.normal_velocity[piece])
             weights, misfit = smooth.weights(frequency), smooth.error_weights(frequency)

@@ -1,7 +1,8 @@
-"""Operators of gearboxes on two cores: mesh laws in a separate process, housings and transfer vectors in this one.
+"""Operators of gearboxes on two cores: mesh laws in a separate process, all operators in this one.
 
-This module is the separate process (`python -m`). Mesh laws and housing are independent, and a second thread speeds up
-neither much.
+This module is the separate process (`python -m`). It computes the mesh laws, the longest first. This process computes
+housings and transfer vectors, and then laws, the shortest first, until both meet. Laws and housings are independent,
+and a second thread speeds up neither much.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps
 from nvhchain.chain.cached import cached_results
 from nvhchain.chain.running import Run
-from nvhchain.errors import concerning
+from nvhchain.errors import concerning, silence_accuracy_warnings
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.result_cache import AheadWatcher, ResultCache, Unwatched, Watcher
@@ -35,7 +36,10 @@ from nvhchain.scene.planned import PlannedStep
 from nvhchain.scene.steps import HOUSING, MESH_LAWS, TRANSFER_VECTORS
 
 _LEAST_SECONDS = 5.0
-"""Smallest processor time (s) of laws and of housings for which a second process saves time."""
+"""Smallest processor time (s) beside that of the other process for which a second process saves time."""
+
+_Law = tuple[int, int]
+"""Numbers of a case and of its gear stage, from 0."""
 
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPENBLAS", "NUMBA")}
 
@@ -67,19 +71,20 @@ def operators_ahead(
     operators: folder of the shared operators.
     watcher: receives the progress of the housings and transfer vectors.
 
-    A run inside this context waits at the cache for a law that the other process has begun. It computes the others
-    itself. Nothing is done in advance with one core, or where too little work is left, or memory, for two processes.
-    The same holds for options whose laws need more than the gears.
+    A law that the other process has begun is waited for. If that process fails, this one computes its laws. Nothing is
+    done in advance with one core, or where too little work is left, or memory, for two processes. The same holds for
+    options whose laws need more than the gears.
     """
     cases = [decided(case, fidelity) for case in cases]
     gearboxes = [case for case in cases if isinstance(case, GearboxCase) and _laws_need_gears_alone(case)]
-    if len(gearboxes) < len(cases) or not _second_process_pays(gearboxes, fidelity, operators):
+    laws = _laws_ahead(gearboxes, fidelity, operators) if len(gearboxes) == len(cases) else []
+    if not laws:
         yield
         return
     for case in cases:
         preflight(case, fidelity, {})
     writable_folder(operators, "operators")
-    with _mesh_law_process(gearboxes, fidelity, operators, watcher):
+    with _mesh_law_process(gearboxes, fidelity, operators, laws, watcher):
         runs = [Run(Scene(case, fidelity), shared=ResultCache(operators, _OnlyComputed(watcher))) for case in gearboxes]
         with blas_threads(1):
             for run in runs:
@@ -89,12 +94,20 @@ def operators_ahead(
             steps.compile_kernels(run.gearbox, fidelity)
             with concerning(run.case.name):  # while the other process is at the mesh laws
                 steps.transfer_vectors_ahead(run)
+        with blas_threads(1), silence_accuracy_warnings():  # the run itself gives the warnings of its laws
+            for number, stage in reversed(laws):
+                with concerning(runs[number].case.name):
+                    steps.mesh_law(runs[number], stage)
         yield
 
 
 @contextmanager
 def _mesh_law_process(
-    cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path, watcher: Watcher | None = None
+    cases: Sequence[GearboxCase],
+    fidelity: Fidelity,
+    operators: Path,
+    laws: Sequence[_Law],
+    watcher: Watcher | None = None,
 ) -> Iterator[None]:
     """Compute the mesh laws in another process; errors there are silent and recur where the law is needed."""
     with (
@@ -108,7 +121,7 @@ def _mesh_law_process(
         assert process.stdin is not None
         try:
             with suppress(BrokenPipeError):
-                pickle.dump((cases, fidelity, operators), process.stdin)
+                pickle.dump((cases, fidelity, operators, laws), process.stdin)
                 process.stdin.flush()
             yield
         finally:
@@ -150,16 +163,26 @@ def _laws_need_gears_alone(case: GearboxCase) -> bool:
     return not (options.tilt or options.load_distribution or options.loaded_misalignment)
 
 
-def _second_process_pays(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path) -> bool:
-    """Return True if a second process saves time and the memory is enough for both."""
-    planned, kinds = list[PlannedStep](), (HOUSING, MESH_LAWS, TRANSFER_VECTORS)
-    for case in cases:
-        cached = cached_results(case, fidelity=fidelity, out=operators, only=kinds)
-        planned += [one for one in planned_steps(Scene(case, fidelity)) if one.result not in cached]
-    housings, laws, vectors = ([one for one in planned if one.step is kind] for kind in kinds)
-    seconds = min(sum(one.seconds for one in kind) for kind in (housings, laws))
-    megabytes = sum(max((one.megabytes for one in kind), default=0.0) for kind in (laws, housings + vectors))
-    return cores() > 1 and seconds > _LEAST_SECONDS and 1e6 * megabytes < free_memory()
+def _laws_ahead(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path) -> list[_Law]:
+    """Return the mesh laws to compute, the longest first; none where a second process saves no time, or lacks memory.
+
+    It saves the time of its own work, or of the work beside its longest law.
+    """
+    laws, others = dict[_Law, PlannedStep](), list[PlannedStep]()
+    for number, case in enumerate(cases):
+        cached = cached_results(case, fidelity=fidelity, out=operators, only=(HOUSING, MESH_LAWS, TRANSFER_VECTORS))
+        planned = planned_steps(Scene(case, fidelity))
+        stages = enumerate(one for one in planned if one.step is MESH_LAWS)
+        laws |= {(number, stage): one for stage, one in stages if one.result not in cached}
+        others += [one for one in planned if one.step in (HOUSING, TRANSFER_VECTORS) and one.result not in cached]
+    seconds = sorted(one.seconds for one in laws.values())
+    other_seconds = sum(one.seconds for one in others if one.step is HOUSING) + sum(seconds[:-1])
+    megabytes = [
+        max((one.megabytes for one in some), default=0.0) for some in (laws.values(), [*laws.values(), *others])
+    ]
+    if cores() < 2 or min(sum(seconds), other_seconds) <= _LEAST_SECONDS or 1e6 * sum(megabytes) > free_memory():
+        return []
+    return sorted(laws, key=lambda law: -laws[law].seconds)
 
 
 def _end_with_caller() -> None:
@@ -169,14 +192,15 @@ def _end_with_caller() -> None:
 
 
 def main() -> None:
-    """Compute the mesh laws of all cases."""
+    """Compute mesh laws, in their order."""
     signal(SIGINT, default_int_handler)  # background jobs of a script ignore it otherwise
     signal(SIGTERM, default_int_handler)
-    cases, fidelity, operators = pickle.load(sys.stdin.buffer)
+    cases, fidelity, operators, laws = pickle.load(sys.stdin.buffer)
     with suppress(KeyboardInterrupt):
         Thread(target=_end_with_caller, daemon=True).start()
-        for case in cases:
-            steps.mesh_laws(Run(Scene(case, fidelity), shared=ResultCache(operators, _Telling(case.name))))
+        runs = [Run(Scene(case, fidelity), shared=ResultCache(operators, _Telling(case.name))) for case in cases]
+        for number, stage in laws:
+            steps.mesh_law(runs[number], stage)
 
 
 if __name__ == "__main__":

@@ -151,5 +151,5 @@ class Console:
         ahead_seconds = self._ahead().get((self._case, step)) if outcome == "cached" else None
         seconds = f" in {time.perf_counter() - self._started:.1f} s" if outcome == "computed" else ""
         if ahead_seconds is not None:
-            outcome, seconds = "computed", f" in {ahead_seconds:.1f} s, beside the housing"
+            outcome, seconds = "computed", f" in {ahead_seconds:.1f} s, beside other steps"
         show(f"{self._indent}{step}: {outcome}{seconds}", error=True)

@@ -48,7 +48,7 @@ def test_laws_are_found_or_made_here_where_the_process_failed(case, coarse, tmp_
     monkeypatch.setattr(ahead, "_ONE_THREAD", {"PYTHONHOME": "/nowhere"})
     with ahead.operators_ahead([case], coarse, tmp_path / "one", record):
         alone = nvh.run(case, fidelity=coarse, out=tmp_path / "one", watcher=record).force_spectrum.force
-    assert [how for stage, how in record.ended if stage.startswith("mesh_law")] == ["cached", "computed"]
+    assert [how for stage, how in record.ended if stage.startswith("mesh_law")] == ["cached", "computed", "cached"]
     assert np.abs(found - alone).max() < 1e-6 * np.abs(alone).max()
 
 
@@ -64,7 +64,7 @@ def test_steps_of_the_other_process_are_printed_with_their_time(tmp_path, capsys
             console.end("mesh_law_stage", "cached")
     lines = capsys.readouterr().err.splitlines()
     assert lines[1] == "  mesh_law_stage: cached"
-    assert lines[3] == "  mesh_law_stage: computed in 12.3 s, beside the housing"
+    assert lines[3] == "  mesh_law_stage: computed in 12.3 s, beside other steps"
     assert ahead._finished(told) == {}
 
 
@@ -73,7 +73,7 @@ def test_the_other_process_ends_with_its_caller_and_leaves_nothing_half_written(
     script runs in the background."""
     command = ["sh", "-c", f"trap '' INT; exec {shlex.quote(sys.executable)} -m nvhchain.chain.prefetch"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        pickle.dump(([case], nvh.REFERENCE, tmp_path), process.stdin)
+        pickle.dump(([case], nvh.REFERENCE, tmp_path, [(0, 0)]), process.stdin)
         process.stdin.close()
         assert process.wait(timeout=60) == 0
         assert process.stderr.read() == b""

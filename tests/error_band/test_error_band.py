@@ -83,6 +83,32 @@ def test_a_coarse_housing_is_wrong_at_its_resonances_and_less_so_when_it_is_fine
     assert (fine.falls["housing"].max(axis=1) < 0.3 * coarse.falls["housing"].max(axis=1)).all()
 
 
+@FOUR_MASTERS
+def test_lines_that_nobody_hears_err_as_their_neighbours_do_and_are_not_computed(case, housing, parts, monkeypatch):
+    pressure, velocity, vectors, forces = parts
+    loud = np.arange(len(LINES)) % 2 == 0
+    size = np.where(loud, 1.0, 1e-6)  # 120 dB
+    forces = forces.replace(force=forces.force * size[:, None, None])
+    velocity, pressure = respond(housing, forces), pressure.replace(pressure=pressure.pressure * size[:, None])
+    computed, estimate = [], nvh.acoustics.interpolation_error
+
+    def counting(vectors, velocity, *, fidelity):
+        computed.extend(velocity.frequency)
+        return estimate(vectors, velocity, fidelity=fidelity)
+
+    monkeypatch.setattr(nvh.acoustics, "interpolation_error", counting)
+    made = of(case, DRAFT, housing, (pressure, velocity, vectors, forces))
+    assert computed == LINES[loud].tolist()
+    chosen = pressure.replace(frequency=LINES[loud], pressure=pressure.pressure[loud])
+    heard = of(case, DRAFT, housing, (chosen, velocity.select(loud), vectors, forces.select(loud)))
+    assert made.overall == pytest.approx(heard.overall, abs=1e-4)
+    for name, error in made.sources.items():
+        assert error[loud] == pytest.approx(heard.sources[name])
+        relative = (error / made.amplitude)[: 2 * (len(LINES) // 2)]
+        between = np.interp(LINES[: len(relative)], LINES[loud], heard.sources[name][:, 0] / heard.amplitude[:, 0])
+        assert relative[:, 0] == pytest.approx(between)
+
+
 def test_at_a_resonance_a_moved_mode_lowers_the_sound_and_hardly_raises_it(case, housing, parts):
     """An error of one size up and down left no lower limit, or an upper one that no moved mode reaches."""
     made = of(case, DRAFT, housing, parts)

@@ -1,5 +1,6 @@
 """A stage is computed once per set of inputs; changed inputs and damaged files are computed again."""
 
+import gc
 import subprocess
 import sys
 import warnings
@@ -235,6 +236,31 @@ def test_damaged_file_is_computed_again(counted):
     run(1.0)
     run(1.0)
     assert len(calls) == 2
+
+
+def test_a_hand_off_in_use_is_not_read_again_unless_its_file_has_changed(counted, monkeypatch):
+    run, calls, folder = counted
+    read, load = [], hdf5.load
+    monkeypatch.setattr(hdf5, "load", lambda path, kind: read.append(path) or load(path, kind))
+    made = run(1.0)
+    assert run(1.0) is made
+    assert not read
+    path = folder / "pressure.h5"
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
+    assert run(1.0) is not made
+    assert len(read) == 1
+    assert len(calls) == 2
+    del made
+    assert run(1.0).content_hash
+    assert len(calls) == 2
+
+
+def test_a_hand_off_that_nobody_uses_is_not_kept_in_memory(counted):
+    run, _, _ = counted
+    run(1.0)
+    gc.collect()
+    assert not [one for one in result_cache._IN_MEMORY.values() if isinstance(one, FieldPressure)]
 
 
 def test_variants_live_side_by_side_when_the_name_carries_the_key(counted):

@@ -51,5 +51,5 @@ if [ -n "$library" ] && [ -n "$(missing)" ]; then
     [ -z "$(missing)" ] || fail "gmsh still lacks $(missing)after installing $GMSH_PACKAGES"
 fi
 
-# modules are compiled once, so that no first command waits for it, also where the environment forbids to keep them
-"$VENV/bin/python" -m compileall -q nvhchain
+# the first command does not wait for the compilation of modules, also where the environment forbids to keep them
+"$VENV/bin/python" -m compileall -q nvhchain || true

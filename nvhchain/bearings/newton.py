@@ -81,9 +81,9 @@ def _step(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return position, force and stiffness after a step along `way`, changed where its end is far from the minimum.
 
-    A step is shortened where the force along it turns, and lengthened where most of it is left: a part that moves
-    freely within its clearance is held by the spring only. A shortened step that leaves most of the force is lengthened
-    again, as far as the force does not turn.
+    A step is shortened where the force along it turns. It is lengthened where most of the force is left: a part that
+    moves freely within its clearance is held by the spring only. A shortened step that leaves most of the force is
+    lengthened again, as far as the force does not turn.
 
     first : work of the unbalanced force per step at its beginning, < 0.
     """

@@ -172,14 +172,14 @@ class SurfaceFile:
         return remeshed.surface
 
     def read(self, folder: Path) -> Surface:
-        """Return the surface, with a warning of each repair; InputError where the file is missing or open."""
+        """Return the surface, with a warning of its repairs; InputError where the file is missing or open."""
         path = folder / self.file
         require(path.is_file(), f"{path}: no such surface file")
         mesh = read_mesh(path, others=dict.fromkeys(NASTRAN_ENDINGS, read_nastran_faces))
         try:
             vertices, triangles, repairs = closed_surface(mesh)
-            for repair in repairs:
-                warn_caller(f"{path}: {repair}")
+            if repairs:
+                warn_caller(f"{path}: {'; '.join(repairs)}", kind="repaired surface")
             return Surface(vertices * self.scale, triangles)
         except InputError as error:
             raise type(error)(f"{path}: {error}") from None

@@ -45,20 +45,23 @@ _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPEN
 
 
 class _OnlyComputed(Unwatched):
-    """Watcher that passes on the progress of computed steps; the run itself reports cached ones."""
+    """Watcher that passes on the progress of computed steps; the run itself reports cached ones.
 
-    def __init__(self, watcher: Watcher | None) -> None:
-        self._watcher = watcher or Unwatched()
+    case: name of the case, which the names of its steps get; empty for one case alone.
+    """
+
+    def __init__(self, watcher: Watcher | None, case: str) -> None:
+        self._watcher, self._suffix = watcher or Unwatched(), f" of {case}" if case else ""
 
     def begin(self, step: str) -> None:
-        self._watcher.begin(step)
+        self._watcher.begin(step + self._suffix)
 
     def step(self, step: str, done: int, total: int) -> None:
-        self._watcher.step(step, done, total)
+        self._watcher.step(step + self._suffix, done, total)
 
     def end(self, step: str, outcome: str) -> None:
         if outcome == "computed":
-            self._watcher.end(step, outcome)
+            self._watcher.end(step + self._suffix, outcome)
 
 
 @contextmanager
@@ -85,7 +88,10 @@ def operators_ahead(
         preflight(case, fidelity, {})
     writable_folder(operators, "operators")
     with _mesh_law_process(gearboxes, fidelity, operators, laws, watcher):
-        runs = [Run(Scene(case, fidelity), shared=ResultCache(operators, _OnlyComputed(watcher))) for case in gearboxes]
+        runs = []
+        for case in gearboxes:
+            watching = _OnlyComputed(watcher, case.name if len(gearboxes) > 1 else "")
+            runs.append(Run(Scene(case, fidelity), shared=ResultCache(operators, watching)))
         with blas_threads(1):
             for run in runs:
                 with concerning(run.case.name):

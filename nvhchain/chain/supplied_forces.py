@@ -64,6 +64,7 @@ def _moves(force: FloatArray | ComplexArray) -> bool:
     """Return True for forces that are not all zero; warn of zeros."""
     _warn_unless(
         bool(force.any()),
+        "forces of zero",
         "all of them are exactly zero: nothing moves the housing and the run is silent; look at the channels of the "
         "record",
     )
@@ -74,6 +75,7 @@ def _check_moments(case: GearboxCase, forces: BearingForces | ForceSpectrum) -> 
     """Warn of moments that no seat of the case takes."""
     _warn_unless(
         forces.moment is None or case.seat_motions > 3 or not forces.moment.any(),
+        "excluded moments",
         "their moments are excluded: seats take forces only, since no bearing of the case has a model; give bearings a "
         "model",
     )
@@ -90,6 +92,7 @@ def _check_seats(case: GearboxCase, forces: BearingForces) -> None:
     )
     _warn_unless(
         max(off) <= limit,
+        "position of forces",
         f"{name} acts {1e3 * max(off):.4g} mm from its seat in the case (limit {1e3 * limit:.4g} mm, half the way to "
         "the next): give positions in m and in the frame of the case",
     )
@@ -107,6 +110,7 @@ def _check_speed(case: GearboxCase, forces: FloatArray) -> None:
         asked = f"{first * 30 / pi:.5g}…{ramp.end_speed * 30 / pi:.5g} rpm"
     _warn_unless(
         off <= SPEED_OFF * highest,
+        "speed of forces",
         f"the input runs at {forces[0] * 30 / pi:.5g}…{forces[-1] * 30 / pi:.5g} rpm in the record, but "
         f"the case asks for {asked} (limit {SPEED_OFF * highest * 30 / pi:.3g} rpm off): correct the speed of the "
         "record, or give the case the one it was taken at",
@@ -121,6 +125,7 @@ def _check_periods(case: GearboxCase, forces: BearingForces) -> None:
         off = abs(meshes - round(meshes))
         _warn_unless(
             off <= CYCLES_OFF[0] + CYCLES_OFF[1] * meshes and round(meshes) >= 1,
+            "period of forces",
             f"called periodic, but the record covers {meshes:.5g} mesh periods of stage {stage} (limit "
             f"{CYCLES_OFF[0]:g} off a whole number): cut it to whole periods, correct the speed, or set "
             "periodic = false",
@@ -143,6 +148,7 @@ def _check_means(case: GearboxCase, means: FloatArray, moving: float) -> None:
     if found <= LEAST_MEAN_RATIO * largest and found <= moving:
         _warn_unless(
             False,
+            "forces without means",
             f"the record has no mean forces (at most {found:.3g} N, {largest:.4g} N at standstill under the torque of "
             "the case): their sign and unit cannot be told; give them with their means",
         )
@@ -151,12 +157,14 @@ def _check_means(case: GearboxCase, means: FloatArray, moving: float) -> None:
     if not largest / MEAN_OFF <= found <= MEAN_OFF * largest:
         _warn_unless(
             False,
+            "size of mean forces",
             f"the largest mean is {found:.3g} N, but {largest:.4g} N at standstill under the torque of the case (limit "
             f"{MEAN_OFF:g} times more or less): correct force_unit, or input_torque of the case",
         )
     elif ratio <= 0.0:
         _warn_unless(
             False,
+            "direction of mean forces",
             f"the means point against those at standstill under the torque of the case ({ratio:.2g} times them along "
             "their direction): correct acts_on (forces act on the housing here), axes or signs, or give "
             "input_torque < 0 where the record is of coasting",
@@ -176,13 +184,14 @@ def _check_shafts(case: GearboxCase, mean: FloatArray, static: FloatArray) -> No
     found, wanted = (", ".join(f"{x:.4g}" for x in (membership @ forces)[worst]) for forces in (mean, static))
     _warn_unless(
         off[worst] <= limit,
+        "mean forces on a shaft",
         f"on average the bearings of shaft {case.shafts[worst].name} carry ({found}) N together, but its gears "
         f"({wanted}) N under the torque of the case (limit {limit:.3g} N off): look at signs, axes and names of its "
         "channels, and at input_torque",
     )
 
 
-def _warn_unless(holds: bool, message: str) -> None:
+def _warn_unless(holds: bool, kind: str, message: str) -> None:
     """Warn unless the condition holds."""
     if not holds:
-        warn_caller(f"bearing forces: {message}")
+        warn_caller(f"bearing forces: {message}", kind=kind)

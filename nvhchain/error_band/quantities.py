@@ -62,7 +62,11 @@ class Origin:
 
 
 HEARD = 80.0
-"""Range (dB) below the strongest line in which the errors of lines are computed; others err as their neighbours do."""
+"""Range (dB) below the strongest line in which errors of housing and transfer vectors are computed.
+
+Other lines err by as much as their neighbours, relative to their size.
+"""
+_HEARD_SHARE = 10.0 ** (-HEARD / 20.0)
 
 
 def error_band(
@@ -75,71 +79,77 @@ def error_band(
     """Return the error band of a sound pressure at its lines.
 
     velocity: surface velocity that the pressure was computed from.
+
+    Errors of housing and transfer vectors are computed at lines that are heard (`HEARD`), all others at every line.
     """
     size = np.abs(pressure.pressure)
     require(
         np.array_equal(pressure.frequency, velocity.frequency),
         f"pressure at {len(size)} and velocity at {len(velocity.frequency)} lines: give those of one run",
     )
-    whole = ErrorBand(pressure.frequency, size, {})
+    case, fidelity = origin.case, origin.fidelity
+    whole, scale = ErrorBand(pressure.frequency, size, {}), size.copy()
     heard = _heard(whole)
-    chosen = ErrorBand(whole.frequency[heard], size[heard], {})
-    band = _heard_band(origin, chosen, velocity.select(heard), pressure.input_speed, transfer_vectors)
-    sources, falls = (
-        {name: _spread(whole, heard, error) for name, error in errors.items()} for errors in (band.sources, band.falls)
-    )
+    band = _vector_band(origin, whole, heard, velocity.select(heard), transfer_vectors)
+    scale[heard] = band.amplitude
+    accuracy = transfer_vectors.accuracy if transfer_vectors is not None else SoundAccuracy()
+    radiation = radiation_error(velocity.surface, whole.frequency, case, fidelity.acoustics, accuracy)
+    sources = times(force_sources(origin, whole.frequency, pressure.input_speed, size), size)
+    sources |= times(radiation, scale)
+    sources |= {name: _spread(size, whole.frequency, heard, error) for name, error in band.sources.items()}
+    falls = {name: _spread(size, whole.frequency, heard, error) for name, error in band.falls.items()}
     return replace(whole, sources=sources, falls=falls, moved=band.moved)
 
 
-def _heard_band(
-    origin: Origin,
-    band: ErrorBand,
-    velocity: SurfaceVelocity,
-    input_speed: float,
-    transfer_vectors: TransferVectors | None,
+def _vector_band(
+    origin: Origin, whole: ErrorBand, heard: IntArray, velocity: SurfaceVelocity, vectors: TransferVectors | None
 ) -> ErrorBand:
-    """Return the band of a pressure, which comes without sources, at the lines of a surface velocity."""
+    """Return the errors due to transfer vectors and housing at the lines of a surface velocity, those that are heard.
+
+    Its amplitude is that of the pressure, or that of its shares without cancellation, which is larger.
+    """
     case, fidelity, housing, force_spectrum = origin.case, origin.fidelity, origin.housing, origin.force_spectrum
-    lines, size = band.frequency, band.amplitude
-    scale, sources, vectors = size, dict[str, FloatArray](), None
-    if housing is not None and force_spectrum is not None and transfer_vectors is not None:
-        assert isinstance(case, GearboxCase)
-        vectors = modal.transfer_vectors(transfer_vectors, housing, lines, fidelity)
-        shares = modal.pressure_shares(housing, force_spectrum, vectors)
-        scale = np.maximum(size, shares.size)
-        sources["excluded modes"] = shares.excluded_modes(case, fidelity)
-    sources |= times(force_sources(origin, lines, input_speed, size), size)
-    accuracy = transfer_vectors.accuracy if transfer_vectors is not None else SoundAccuracy()
-    sources |= times(radiation_error(velocity.surface, lines, case, fidelity.acoustics, accuracy), scale)
-    if transfer_vectors is not None and len(transfer_vectors.frequency) > 2:
-        estimate = acoustics.interpolation_error(transfer_vectors, velocity, fidelity=fidelity.acoustics)
-        sources["masters"] = MASTER_MARGIN * estimate / COVERAGE
-    band = replace(band, sources=sources)
+    lines, size = whole.frequency[heard], whole.amplitude[heard]
+    band, sources = ErrorBand(lines, size, {}), dict[str, FloatArray]()
     if vectors is None:
         return band
+    if len(vectors.frequency) > 2:
+        estimate = acoustics.interpolation_error(vectors, velocity, fidelity=fidelity.acoustics)
+        sources["masters"] = MASTER_MARGIN * estimate / COVERAGE
+    if housing is None or force_spectrum is None:
+        return replace(band, sources=sources)
     assert isinstance(case, GearboxCase)
-    assert housing is not None
-    assert force_spectrum is not None
+    modal_vectors = modal.transfer_vectors(vectors, housing, lines, fidelity)
+    shares = modal.pressure_shares(housing, force_spectrum, modal_vectors)
+    sources["excluded modes"] = shares.excluded_modes(case, fidelity)
     moved, forces = modal.moved_housings(housing), _forces_at_lines(force_spectrum, lines)
     changes = force_changes(case, fidelity, housing, moved, origin.mesh_laws, forces)
-    return add_housing(band, housing, forces, vectors, moved, changes)
+    made = add_housing(replace(band, sources=sources), housing, forces, modal_vectors, moved, changes)
+    return replace(made, amplitude=np.maximum(size, shares.size))
 
 
 def _heard(band: ErrorBand) -> IntArray:
     """Return the lines within `HEARD` of the strongest at one of the places, A-weighted."""
     size = np.sqrt(band.weight) * band.amplitude
-    found = np.flatnonzero((size >= size.max(axis=0, initial=0.0) * 10.0 ** (-HEARD / 20.0)).any(axis=1))
+    found = np.flatnonzero((size >= size.max(axis=0, initial=0.0) * _HEARD_SHARE).any(axis=1))
     return found if len(found) else np.arange(len(size))
 
 
-def _spread(band: ErrorBand, heard: IntArray, error: FloatArray) -> FloatArray:
-    """Return the errors of all lines: those beside the `heard` ones err as these do, relative to their size."""
-    if len(heard) == len(band.frequency):
-        return error
-    size = band.amplitude[heard]
-    relative = np.divide(error, size, out=np.zeros_like(size), where=size > 0)
-    columns = [np.interp(band.frequency, band.frequency[heard], each) for each in relative.T]
-    return np.stack(columns, axis=1) * band.amplitude
+def _spread(size: FloatArray, lines: FloatArray, heard: IntArray, error: FloatArray) -> FloatArray:
+    """Return errors (n_f, n_place) at all lines: those beside the `heard` ones err as these do, relative to their size.
+
+    size: (n_f, n_place) amplitudes.
+    error: (n_heard, n_place) errors at the lines that are heard.
+    """
+    found = np.zeros(size.shape)
+    found[heard] = error
+    others = np.setdiff1d(np.arange(len(size)), heard, assume_unique=True)
+    for place, own in enumerate(size[heard].T):
+        loud = (own > 0) & (own >= own.max(initial=0.0) * _HEARD_SHARE)
+        if len(others) and loud.any():
+            relative = np.interp(lines[others], lines[heard][loud], error[loud, place] / own[loud])
+            found[others, place] = relative * size[others, place]
+    return found
 
 
 def add_housing(

@@ -33,7 +33,7 @@ CONVENTIONS = "e^{+j omega t}; outward normals; single-sided peak amplitudes; SI
 _BLOCK_BYTES = 512
 """Length of the user block, the smallest of HDF5."""
 _BEGIN = b"nvhchain hand-off: HDF5 after these 512 bytes, its SHA-256 "
-"""Begin of older files without a user block; they contain a checksum of their arrays."""
+"""First bytes of a hand-off's file. The SHA-256 of all bytes after the user block follows them."""
 
 H = TypeVar("H", bound=HandOff)
 A = TypeVar("A", bound=Accuracy)

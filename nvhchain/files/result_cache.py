@@ -33,7 +33,6 @@ from nvhchain.errors import (
     warn_again,
 )
 from nvhchain.files import hdf5
-from nvhchain.files.atomic_write import write_atomic
 from nvhchain.handoff import HandOff, warn_of
 from nvhchain.runtime.folder_lock import log_waiting, remove_abandoned
 
@@ -112,10 +111,10 @@ def cached_result(path: Path | None, kind: type[H], key: str) -> H | None:
 
     A file that this process has read or written, and that is as it was, is not read again while its hand-off lives.
     """
-    if path is None or not path.exists():
+    place = None if path is None else _file_state(path)
+    if path is None or place is None:
         return None
-    place = _file_state(path)
-    known = _IN_MEMORY.get((place, key))
+    known = _LIVING.get((place, key))
     if isinstance(known, kind):
         return known
     try:
@@ -125,18 +124,28 @@ def cached_result(path: Path | None, kind: type[H], key: str) -> H | None:
         return None
     if hand_off.provenance.get("key") != key:
         return None
-    _IN_MEMORY[place, key] = hand_off
+    _LIVING[place, key] = hand_off
     return hand_off
 
 
-_IN_MEMORY = WeakValueDictionary[tuple[tuple[int, ...], str], HandOff]()
+_LIVING = WeakValueDictionary[tuple[tuple[int, ...], str], HandOff]()
 """State of a file and key → hand-off that was read from it or written to it, as long as somebody uses it."""
 
 
-def _file_state(path: Path) -> tuple[int, ...]:
-    """Return what changes with the content of a file: its place on the disk, time of change and size."""
-    state = path.stat()
-    return state.st_dev, state.st_ino, state.st_mtime_ns, state.st_size
+def _file_state(path: Path) -> tuple[int, ...] | None:
+    """Return what changes with the content of a file: its place on the disk, times of change and size; None without."""
+    try:
+        state = path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    return state.st_dev, state.st_ino, state.st_mtime_ns, state.st_ctime_ns, state.st_size
+
+
+def _save(hand_off: HandOff, path: Path, key: str) -> None:
+    """Save a hand-off, which is not read from this file while it lives."""
+    hdf5.save(hand_off, path)
+    if (place := _file_state(path)) is not None:
+        _LIVING[place, key] = hand_off
 
 
 def origin(hand_off: HandOff) -> tuple[str, str] | None:
@@ -326,9 +335,8 @@ class ResultCache:
             there = cached_result(path, kind, key)
             if there is None:
                 there = cached_result(common, kind, key)
-                if there is not None and path and common:
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                    write_atomic(path, common.read_bytes())
+                if there is not None and path:
+                    _save(there, path, key)
             if there is None:
                 self.watcher.begin(stage)
                 _log.info("%s: begins", stage)
@@ -340,8 +348,7 @@ class ResultCache:
                 told = {"warnings": _unstated(warnings, made), "seconds": seconds}
                 result: H = made.replace(provenance={**made.provenance, **provenance, **told})
                 for place in filter(None, (path, common)):
-                    hdf5.save(result, place)
-                    _IN_MEMORY[_file_state(place), key] = result
+                    _save(result, place, key)
                 _log.info("%s: computed in %.1f s", stage, time.perf_counter() - started)
                 self.watcher.end(stage, "computed")
                 return result

@@ -39,7 +39,7 @@ class Label(str):
 class Quantity:
     """Declaration of a field.
 
-    unit, meaning, default, at_least, fewest, spread, made_by: as in `array`.
+    unit, meaning, default, lower_limit, fewest, spread, made_by: as in `array`.
     axes: name of every axis, and of the axis that sets its length.
     owner: name of the hand-off.
     name: name of the field.

@@ -225,7 +225,7 @@ class SurfaceVelocity(HandOff):
         return cls(frequency, None, surface, coordinates, shapes)  # type: ignore[arg-type]
 
     def select(self, lines: Any) -> SurfaceVelocity:
-        """Return the velocity at some of its lines: indices, a slice or a mask."""
+        """Return the velocity at some of its lines, one at least: rising indices, a slice or a mask."""
         if self.coordinates is None:
             return self.replace(frequency=self.frequency[lines], normal_velocity=self.normal_velocity[lines])
         return self.replace(frequency=self.frequency[lines], coordinates=self.coordinates[lines])

@@ -10,7 +10,7 @@ from nvhchain import acoustics, levels
 from nvhchain.errors import require, silence_accuracy_warnings
 from nvhchain.files import hdf5
 from nvhchain.handoff import SurfaceVelocity, TransferVectors
-from nvhchain.report.page.sections.bodies.housing import SURFACE_PRESSURE, loudest_lines, select_lines
+from nvhchain.report.page.sections.bodies.housing import SURFACE_PRESSURE, loudest_lines
 from nvhchain.report.stored import Stored, StoredRun, stored_results
 
 
@@ -39,7 +39,7 @@ def _solved(stored: Stored, run: StoredRun, velocity: SurfaceVelocity, frequenci
     rows = nearest[np.abs(velocity.frequency[nearest, None] - frequencies).min(axis=1) <= 1.0]
     with silence_accuracy_warnings():
         found = acoustics.surface_pressure(
-            select_lines(velocity, rows), air=vectors[0].air, plane=vectors[0].plane, fidelity=run.acoustics
+            velocity.select(rows), air=vectors[0].air, plane=vectors[0].plane, fidelity=run.acoustics
         )
     hdf5.save(found, run.folder / f"{SURFACE_PRESSURE}.h5")
     level = levels.decibel(found.pressure)

@@ -163,6 +163,41 @@ def response_names(case: Case, asked: Sequence[str]) -> list[str]:
     return names
 
 
+def response_unit(name: str, *, difference: bool = False) -> str:
+    """Return the unit of a response; empty for a response without one.
+
+    difference: True for the unit of a difference of two values, dB for levels in dB(A).
+    """
+    if name.startswith("level"):
+        return "dB" if difference else "dB(A)"
+    if name.startswith(("sound_power", "order ")):
+        return "dB"
+    return next((unit for ending, unit in _ENDINGS.items() if ending in name), "")
+
+
+def is_level(name: str) -> bool:
+    """Return True for a response in decibels."""
+    return response_unit(name, difference=True) == "dB"
+
+
+def response_title(name: str, *, difference: bool = False) -> str:
+    """Return the title of an axis of a response, with its unit.
+
+    difference: True for an axis of differences.
+    """
+    unit, title = response_unit(name, difference=difference), name
+    if not unit:
+        return name
+    if not is_level(name):
+        head, _, rest = name.partition(next(ending for ending in _ENDINGS if ending in name))
+        title = f"{head.replace('_', ' ')}{rest}"
+    return f"{title} / {unit}"
+
+
+_ENDINGS = {"_kg_m2": "kg m²", "_kg": "kg", "_um": "µm", "_MPa": "MPa", "_sone": "sone"}
+"""Ending of a response's name → its unit."""
+
+
 def check_response(name: str, place: str, known: Collection[str]) -> None:
     """Refuse a response that no run has.
 

@@ -33,6 +33,7 @@ from nvhchain.study.page import write_study_page
 from nvhchain.study.plans.gradient import slopes
 from nvhchain.study.plans.optimise import best_score, scores
 from nvhchain.study.quality import count_text, failed_shares, influences, loudest, percentiles, share_text
+from nvhchain.study.responses import is_level, response_title, response_unit
 from nvhchain.study.rows import Point, Row
 
 
@@ -101,7 +102,7 @@ def write_study(study: Study, rows: Sequence[Row], out: str | Path) -> list[str]
             for row in worst
             if all(name in row.responses for name in pair)
         ]
-        save(best_points(others, found, names=pair[::-1]), folder / "pareto.png")
+        save(best_points(others, found, titles=[response_title(name) for name in pair[::-1]]), folder / "pareto.png")
         several = "s" if len(best) > 1 else ""
         lines.append(f"Best in {pair[0]} and {pair[1]}: design{several} {', '.join(str(row.design) for row in best)}")
     write_study_page(study, rows, lines, folder)
@@ -124,7 +125,7 @@ def _write_quality(study: Study, rows: Sequence[Row], folder: Path) -> list[str]
         axes = percentile_curves(
             [(one.speed_rpm, one.percent, one.value) for one in found if one.torque == top.torque],
             worst,
-            name=main,
+            title=response_title(main),
             target=target,
             torque=top.torque,
             drawn=study.drawn,
@@ -240,7 +241,7 @@ def _search_lines(study: Study, rows: Sequence[Row]) -> list[str]:
     if best is None:
         return ["No design meets all targets: widen the ranges, or raise the targets", *lies]
     given = ", ".join(study.text(*one)[:60] for one in best.values.items())
-    form = ".1f" if name.startswith("level") else ".4g"
+    form = ".1f" if is_level(name) else ".4g"
     lines = [f"Best {name}: {share}{best.responses[name]:{form}}, design {best.design} ({given})"]
     if base.responses and base.design != best.design:
         change = best.responses[name] - base.responses[name]
@@ -305,7 +306,7 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
             name, _, unit = study.title(effect.parameter).partition(" / ")
             unit = f" {unit}".rstrip()
             lines.append(
-                f"{name} changes {main} by {effect.change:.3g}{_unit(main)[:3]} on average "
+                f"{name} changes {main} by {effect.change:.3g}{_unit(main, difference=True)} on average "
                 f"({_short(effect.lowest)}{unit} lowest, {_short(effect.highest)}{unit} highest): "
                 f"{100 * effect.share:.0f} % of its variance{', no more than chance' if effect.unclear else ''}"
             )
@@ -338,11 +339,9 @@ def _given(row: Row) -> dict[str, Any]:
     return row.values | {name: value for name, value in points.items() if value is not None}
 
 
-def _unit(name: str) -> str:
-    """Return the unit of a level after a blank; empty for other responses."""
-    if name.startswith("level"):
-        return " dB(A)"
-    return " dB" if name.startswith(("sound_power", "order ")) else ""
+def _unit(name: str, *, difference: bool = False) -> str:
+    """Return the unit of a response, or of its differences, after a blank; empty for a response without one."""
+    return f" {response_unit(name, difference=difference)}".rstrip()
 
 
 def _limits(row: Row, name: str) -> str:
@@ -364,4 +363,6 @@ def _short(value: object) -> str:
 def _effect_bars(effects: Sequence[Effect]) -> list[Any]:
     notes = [f"{_short(effect.lowest)} to {_short(effect.highest)}" for effect in effects]
     bars = {effect.parameter: effect.change for effect in effects}
-    return effect_bars(bars, notes, [effect.unclear for effect in effects], name=effects[0].response)
+    return effect_bars(
+        bars, notes, [effect.unclear for effect in effects], title=response_title(effects[0].response, difference=True)
+    )

@@ -108,6 +108,22 @@ def test_every_measured_page_is_included_by_a_page_of_the_documentation():
     assert set(PAGES) <= found
 
 
+def test_every_measured_page_has_the_row_of_its_benchmark_in_the_index():
+    """And the row links to a page that includes it."""
+    index_page = ROOT / "docs" / "validation" / "measurements.md"
+    rows = [row.split(" | ") for row in index_page.read_text().splitlines() if row.startswith("| [")]
+    missing = []
+    for page in PAGES:
+        measured = re.search(r"-m benchmarks \w+|python [\w/]+\.py", page.read_text())[0]
+        named = [link for link, _, command in rows if re.search(rf"{measured}\b", command)]
+        places = {(index_page.parent / re.search(r"\((.+?)#", link)[1]).resolve() for link in named}
+        includes = f"/measured/{page.relative_to(ROOT / 'docs' / 'measured')}\n"
+        if not any(includes in place.read_text() for place in places):
+            missing.append(str(page.relative_to(ROOT)))
+    assert len(rows) > 50
+    assert missing == []
+
+
 def test_a_published_page_states_its_source_below_its_heading(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(publish, "MEASURED", tmp_path)
     argv = [str(ROOT / "benchmarks" / "gear" / "gear.py"), str(tmp_path), "law", f"opencl={tmp_path}/python"]

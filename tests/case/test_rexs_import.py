@@ -2,7 +2,6 @@
 
 import re
 import resource
-import warnings
 from dataclasses import replace
 from itertools import pairwise
 
@@ -235,9 +234,7 @@ def test_flank_modifications_of_both_flanks_are_taken(tmp_path):
 
 
 def test_a_coaxial_unit_gets_an_inner_wall_and_a_bearing_between_its_shafts(tmp_path):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        case, _ = imported(coaxial_unit(), tmp_path)
+    case, _ = imported(coaxial_unit(), tmp_path)
     assert [b.outer_shaft for b in case.shaft_bearings] == ["S3"]
     assert len(case.housing.inner_walls) == 1
     wall = case.housing.inner_walls[0]
@@ -408,9 +405,7 @@ def test_gaps_and_short_ends_of_shafts_are_filled_so_that_they_can_bend(tmp_path
 
 
 def test_a_coaxial_unit_can_bend(tmp_path):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        case, _ = imported(coaxial_unit(), tmp_path)
+    case, _ = imported(coaxial_unit(), tmp_path)
     assemble(case.gearbox_on_rigid_seats, case.straight_laws, None, fidelity=DRAFT.dynamics)
 
 

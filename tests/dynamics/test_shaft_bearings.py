@@ -1,6 +1,5 @@
 """Bearings between coaxial shafts: their stiffness in the assembly, statics, and wrong ones."""
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -31,9 +30,7 @@ from nvhchain.testing.rexs_units import coaxial_unit
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
     folder = tmp_path_factory.mktemp("coaxial")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        made = load_case(import_rexs(coaxial_unit().save(folder / "u.rexs"), folder / "case").case)
+    made = load_case(import_rexs(coaxial_unit().save(folder / "u.rexs"), folder / "case").case)
     constant = {"model": None, "radial_stiffness": 2e8, "axial_stiffness": 2e7}
     kinds = ("bearings", "shaft_bearings")
     return replace(

@@ -1,6 +1,5 @@
 """Error of the radiating surface in the limits: what its elements add at the upper frequency, and its shape below."""
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,6 @@ from nvhchain.acoustics import sphere
 from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
 from nvhchain.error_band import COVERAGE
 from nvhchain.error_band.radiation import radiation_error
-from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import DRAFT
 from nvhchain.handoff import SoundAccuracy
 from nvhchain.levels import decibel
@@ -22,17 +20,16 @@ def case(request):
     return nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
 
 
+@pytest.mark.filterwarnings("ignore:a field point is")
 def test_the_error_of_the_surface_falls_with_the_square_of_the_frequency_to_that_of_its_shape(case):
     """As stated for a result whose upper frequency is that of the line; next to the surface, too."""
     surface, knobs, points = sphere(0.1, 2), DRAFT.acoustics, np.array([[0.0, 0.0, 0.103]])
     lines, top = np.array([100.0, 500.0, 1500.0]), 1500.0
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AccuracyWarning)  # the point is near
-        for place, part in ((None, "expected_error_db"), (points, "expected_error_nearest_db")):
-            stated = expected_accuracy(surface, place, top, case.air, knobs)
-            (found,) = radiation_error(surface, lines, case, knobs, stated)["surface mesh"].T
-            own = [getattr(expected_accuracy(surface, place, line, case.air, knobs), part) for line in lines]
-            assert 20 * np.log10(1 + found) == pytest.approx(own, rel=1e-3), part
+    for place, part in ((None, "expected_error_db"), (points, "expected_error_nearest_db")):
+        stated = expected_accuracy(surface, place, top, case.air, knobs)
+        (found,) = radiation_error(surface, lines, case, knobs, stated)["surface mesh"].T
+        own = [getattr(expected_accuracy(surface, place, line, case.air, knobs), part) for line in lines]
+        assert 20 * np.log10(1 + found) == pytest.approx(own, rel=1e-3), part
     plain = radiation_error(surface, lines, case, knobs, SoundAccuracy(expected_error_db=0.5))
     assert np.ptp(plain["surface mesh"]) == 0, "without a stated shape the error is alike"
 

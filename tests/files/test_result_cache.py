@@ -260,7 +260,7 @@ def test_a_hand_off_that_nobody_uses_is_not_kept_in_memory(counted):
     run, _, _ = counted
     run(1.0)
     gc.collect()
-    assert not [one for one in result_cache._IN_MEMORY.values() if isinstance(one, FieldPressure)]
+    assert not [one for one in result_cache._LIVING.values() if isinstance(one, FieldPressure)]
 
 
 def test_variants_live_side_by_side_when_the_name_carries_the_key(counted):

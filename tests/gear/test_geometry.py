@@ -1,36 +1,27 @@
 """Involute, trochoid and tooth depth against independent constructions; drawings that cannot be made."""
 
 import dataclasses
+from functools import partial
 
 import numpy as np
 import pytest
 
 from nvhchain.errors import InputError
-from nvhchain.gear import GearGeometry
+from tests.gear import plain_gear
 
-
-def gear(teeth=25, helix=12.0, **changes):
-    data = {
-        "teeth": teeth,
-        "normal_module": 3e-3,
-        "normal_pressure_angle": np.radians(20.0),
-        "helix_angle": np.radians(helix),
-        "face_width": 20e-3,
-        "bore_radius": 12e-3,
-    }
-    return GearGeometry(**(data | changes))
+gear = partial(plain_gear.gear, helix=12.0)
 
 
 def test_centre_distances_of_the_two_gearbox_stages():
     for teeth, module, distance in (((20, 50), 2.7e-3, 95.958e-3), ((30, 82), 2.68e-3, 152.395e-3)):
-        radii = [gear(z, 10.0, normal_module=module).pitch_radius for z in teeth]
+        radii = [gear(z, helix=10.0, normal_module=module).pitch_radius for z in teeth]
         assert sum(radii) == pytest.approx(distance, abs=0.5e-6)
 
 
 def test_span_over_four_teeth_is_the_textbook_base_tangent_length():
     # W_k = m cos α [(k − ½) π + z inv α] + 2 x m sin α, spur gear (DIN 3960)
     alpha, m, z, x, k = np.radians(20.0), 3e-3, 25, 0.2, 4
-    spur = gear(z, 0.0, profile_shift=x)
+    spur = gear(z, helix=0.0, profile_shift=x)
     base_thickness = 2 * spur.base_radius * float(spur.half_tooth_angle(spur.base_radius))
     span = (k - 1) * spur.base_pitch + base_thickness
     involute = np.tan(alpha) - alpha

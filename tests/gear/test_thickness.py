@@ -1,6 +1,7 @@
 """Base tangent length, balls, pins and backlash against contact found numerically, and published values."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,7 +9,6 @@ from scipy.optimize import brentq, minimize_scalar
 
 from nvhchain.errors import InputError
 from nvhchain.gear import (
-    GearGeometry,
     MeasuredThickness,
     base_tangent_length,
     dimension_over_balls,
@@ -17,20 +17,10 @@ from nvhchain.gear import (
     set_backlash,
     sizes,
 )
+from tests.gear import plain_gear
+from tests.gear.plain_gear import MODULE
 
-MODULE = 3e-3
-
-
-def gear(teeth=25, helix=0.0, **changes):
-    data = {
-        "teeth": teeth,
-        "normal_module": MODULE,
-        "normal_pressure_angle": np.radians(20.0),
-        "helix_angle": np.radians(helix),
-        "face_width": 40e-3,
-        "bore_radius": 8e-3,
-    }
-    return GearGeometry(**(data | changes))
+gear = partial(plain_gear.gear, face_width=40e-3)
 
 
 def flank(g, sign, tooth, radius, z):
@@ -185,7 +175,7 @@ def test_published_examples():
     assert sizes(spur).normal_thickness == pytest.approx(17.8918e-3, abs=5e-8)
     assert sizes(helical).normal_thickness == pytest.approx(8.5819e-3, abs=5e-8)
     # machinecalcs.com, span measurement calculator: m 2, z 20, k 3
-    assert base_tangent_length(gear(20, normal_module=2e-3, bore_radius=5e-3), 3) == pytest.approx(15.321e-3, abs=5e-7)
+    assert base_tangent_length(gear(20, normal_module=2e-3), 3) == pytest.approx(15.321e-3, abs=5e-7)
     # AGMA and GearCutter over pins, as quoted in a public report on a calculator of such sizes: 127 teeth, P_nd 12,
     # 10.5°, s_n 0.1309 inch, pins of 0.144 inch: 10.967749 inch; to its last digit and that of the thickness
     inch = 25.4e-3

@@ -10,7 +10,6 @@ from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import (
     GearBody,
-    GearGeometry,
     GearPair,
     Protuberance,
     Relief,
@@ -20,20 +19,7 @@ from nvhchain.gear import (
 from nvhchain.gear.compliance.analytic import slice_compliance
 from nvhchain.gear.elements.pitch_mesh import pitch_mesh
 from nvhchain.gear.root_strain.places import _Profile
-
-MODULE = 3e-3
-
-
-def gear(teeth=17, helix=0.0, **changes):
-    data = {
-        "teeth": teeth,
-        "normal_module": MODULE,
-        "normal_pressure_angle": np.radians(20.0),
-        "helix_angle": np.radians(helix),
-        "face_width": 20e-3,
-        "bore_radius": 5e-3,
-    }
-    return GearGeometry(**(data | changes))
+from tests.gear.plain_gear import MODULE, gear
 
 
 def tool(angle):

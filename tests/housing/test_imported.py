@@ -173,7 +173,7 @@ def test_band_far_beyond_the_mesh_is_refused_before_anything_is_solved(monkeypat
 
 
 def resolution_of(model, f_max):
-    return resolution(model, solid_skin(model), f_max, 4.0)
+    return [doubt.text for doubt in resolution(model, solid_skin(model), f_max, 4.0)]
 
 
 @pytest.mark.slow

@@ -24,6 +24,7 @@ from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.runtime import cluster
+from tests.rounding import same
 
 BODY, POINTS, AIR = sphere(0.1, 2), np.array([[0.0, 0.0, 1.0], [0.3, 0.2, -0.4]]), Air(343.0, 1.21)
 FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=32)
@@ -46,11 +47,6 @@ def serial():
 def two_workers():
     with cluster.local_cluster(2, memory_per_worker=2 * 2**30) as executor:
         yield executor
-
-
-def same(some, serial):
-    """To rounding: the sums of a matrix product depend on where its arrays happen to lie in memory."""
-    return np.abs(some - serial).max() < 1e-14 * np.abs(serial).max()
 
 
 def processes(executor):

@@ -108,7 +108,7 @@ def radiate(
     )
     audible = heard(frequency, loudest)
     told |= missed_resonances(shift, smooth.poles, frequency, audible * loudest, shifted.max(axis=1), fidelity)
-    if vector_accuracy.elements_per_wavelength is not None:
+    if vector_accuracy.elements_per_wavelength is not None and audible.any():
         one_element = float(atv.frequency[-1]) * vector_accuracy.elements_per_wavelength
         quadrature, lines = vector_accuracy.quadrature_error or 0.0, np.flatnonzero(audible)
         motion, power = surface_velocity.select(lines), np.ones(len(lines))
@@ -160,7 +160,7 @@ def _prepare(atv: TransferVectors, surface_velocity: SurfaceVelocity, fidelity: 
 
 
 def _radiating(surface_velocity: SurfaceVelocity) -> np.ndarray:
-    """Return the indices of lines whose velocity and frequency are not zero."""
+    """Return the indices of lines whose motion and frequency are not zero."""
     given = surface_velocity.coordinates
     moving = (surface_velocity.normal_velocity if given is None else given).any(axis=1)
     return np.flatnonzero(moving & (surface_velocity.frequency > 0))

@@ -128,9 +128,9 @@ def _split(diameters: IntArray, amplitude: Any) -> FloatArray:
 def _body_terms(assembly: Assembly, body: VibratingBody) -> tuple[FloatArray, ...]:
     """Return the terms of a body over its m real coordinates.
 
-    They are squared frequencies, damping, their fall per squared speed of the input, inertia (m, n) shared with the
-    other unknowns, gyroscopic terms (m, n) with them per speed of the input, inertia (m,) shared with the common spin,
-    and gyroscopic terms (m, m) among the waves.
+    The first are squared frequencies, damping, and the fall of the squared frequencies per squared speed of the input.
+    With the n other unknowns the waves share inertia (m, n), and gyroscopic terms (m, n) per speed of the input.
+    Inertia (m,) is shared with the common spin. The last are gyroscopic terms (m, m) among the waves.
     """
     box, modes = assembly.gearbox, body.modes
     shaft, rotor = box.shaft_index(body.rotor), box.rotor_index(body.rotor)

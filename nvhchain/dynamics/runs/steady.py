@@ -82,8 +82,8 @@ def bearing_forces(
     That influence is 0.58 = 1/(e − 1) of the difference while the flanks stay in mesh. With contact loss it may decay
     more slowly, and follows from the ratio of this difference to the one before.
 
-    Modes that would need longer than `fidelity.settle_time`, such as a rotor on a thin shaft, do not have to decay: the
-    change of each over whole periods states its periodic motion, where it then begins.
+    Modes that would need longer than `fidelity.settle_time`, such as a rotor on a thin shaft, do not have to decay.
+    The change of such a mode over whole periods states its periodic motion, where it then begins.
 
     The step divides the common period exactly. The phase of every law is reduced in whole numbers, so that the record
     repeats to rounding.

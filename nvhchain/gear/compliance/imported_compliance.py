@@ -120,8 +120,8 @@ class _Loads:
             row = 3 * nodes[:, :, None] + np.arange(3)
             return sp.csr_matrix((value.ravel(), (row.ravel(), column.ravel())), shape=(self._size, len(r)))
 
-        inward = np.cos(tilt)
-        normal = spread(-inward * np.sin(alpha), -inward * side * np.cos(alpha), side * np.sin(tilt))
+        transverse = np.cos(tilt)
+        normal = spread(-transverse * np.sin(alpha), -transverse * side * np.cos(alpha), side * np.sin(tilt))
         return normal, spread(np.cos(alpha), -side * np.sin(alpha), np.zeros(len(r)))
 
 

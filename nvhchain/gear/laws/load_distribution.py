@@ -146,9 +146,9 @@ def mean_sliding(pair: GearPair, position: FloatArray, length: FloatArray) -> tu
 
     A slice crossed by the pitch point counts on both sides.
     """
-    distance = position - pair.pitch_point
+    offset = position - pair.pitch_point
     half = np.maximum(0.5 * length * abs(sin(pair.base_helix_angle)), 1e-12)
-    crossing = np.abs(distance) < half
-    sense = np.where(crossing, distance / half, np.sign(distance))
-    mean_distance = np.where(crossing, (distance**2 + half**2) / (2.0 * half), np.abs(distance))  # mean of |s − s_C|
+    crossing = np.abs(offset) < half
+    sense = np.where(crossing, offset / half, np.sign(offset))
+    mean_distance = np.where(crossing, (offset**2 + half**2) / (2.0 * half), np.abs(offset))  # mean of |s − s_C|
     return sense, pair.pitch_point * sense + mean_distance

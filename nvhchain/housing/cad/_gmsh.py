@@ -47,11 +47,11 @@ _SAMPLES, _ROUND = 9, 2e-3
 def mesh(job: dict[str, Any]) -> dict[str, np.ndarray]:
     """Mesh a part.
 
-    Returns `nodes` (n, 3) mm and `elements`, (m, 10) in VTK order or (m, 3) seen from outside; `face` (m,), the number
-    of the face of each triangle; `members` (j, 2), pairs of face and node; `cylinders` (c, 12), of which each row is
-    face, centre (3), axis (3), radius, lower and upper place along the axis, angle (rad), 1 for a hole or −1 for a
-    shaft; `volume`, `area`, `centre` of mass; `solids`; `removed`, the number of removed faces; `notes`.
-    A part outside `lengths` has only its `box` (2, 3) mm.
+    Returns `nodes` (n, 3) mm and `elements`, (m, 10) in VTK order or (m, 3) seen from outside. `face` (m,) is the
+    number of the face of each triangle. `members` (j, 2) are pairs of face and node. Each row of `cylinders` (c, 12)
+    starts with face, centre (3), axis (3), radius, and lower and upper place along the axis. It ends with the angle
+    (rad), and 1 for a hole or −1 for a shaft. `volume`, `area` and `centre` of mass follow, then `solids`, `removed`,
+    the number of removed faces, and `notes`. A part outside `lengths` has only its `box` (2, 3) mm.
 
     Raises InputError for a part that is no closed body, SolverError with gmsh's message if it cannot mesh.
     """

@@ -31,8 +31,8 @@ def cad_model(
     """
     size = survey(part, folder, positions, fidelity).element_size(part, f_max, fidelity)
     made = mesh_part(part, folder, positions, size, fidelity, dimension=3)
-    for note in notes_of(part, made):
-        warn_caller(f"{part.file}: {note}")
+    if notes := notes_of(part, made):
+        warn_caller(f"{part.file}: {'; '.join(notes)}", kind="repaired CAD part")
     nodes, elements, members = part.placed(made["nodes"]), made["elements"], made["members"]
     seat_cylinders, bolt_cylinders = chosen(part, made["cylinders"], positions)
     label = len(nodes) + 1

@@ -17,7 +17,7 @@ from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import IntArray
 from nvhchain.housing.imported.mesh_resolution import resolution
 from nvhchain.housing.imported.repair import sound_mesh
-from nvhchain.housing.imported.solid_model import append_seats, constrained, rigid_motions, warn
+from nvhchain.housing.imported.solid_model import append_seats, constrained, rigid_motions, warn, warn_of_repairs
 from nvhchain.housing.modes.seat_modes import seat_modes
 from nvhchain.housing.skin.skin import model_skin
 
@@ -54,7 +54,7 @@ def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, m
     Warnings concern repairs, a mesh too coarse for f_top, and rigid motions that held freedoms leave.
     """
     model, notes = sound_mesh(append_seats(model, seats))
-    warn(f"{model.source}: {note}" for note in notes)
+    warn_of_repairs(model.source, notes)
     skin, shells = model_skin(model)
     warn(resolution(model, skin, f_top, HousingFidelity.elements_per_bending_wavelength))
     K, M, T = constrained(model)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from nvhchain.errors import counted, require
+from nvhchain.errors import counted, require, warn_caller
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, HousingAccuracy, IntArray, ReducedHousing
 from nvhchain.housing.imported.repair import check_extent
 from nvhchain.housing.imported.seats import held_holes, resting_nodes, seat_rows, seat_walls
-from nvhchain.housing.imported.solid_model import warn
+from nvhchain.housing.imported.solid_model import warn_of_repairs
 from nvhchain.housing.modes.seat_modes import moving_vectors
 from nvhchain.housing.modes.truncation import Vectors, truncation_report
 from nvhchain.housing.reduction import finished
@@ -82,11 +82,10 @@ def housing_from_modes(
     elastic = frequency[: -3 * len(positions)]
     elastic = elastic[elastic > 0]
     if residual_vectors and len(elastic) and f_max - elastic[-1] > _SPACINGS * elastic[-1] / len(elastic):
-        warn(
-            [
-                f"{model.source}: the last mode before the residual vectors lies at {elastic[-1]:.4g} Hz, below f_max "
-                f"= {f_max:g} Hz: modes between them are missing if there are any; export modes beyond the band"
-            ],
+        warn_caller(
+            f"{model.source}: the last mode before the residual vectors lies at {elastic[-1]:.4g} Hz, below f_max "
+            f"= {f_max:g} Hz: modes between them are missing if there are any; export modes beyond the band",
+            kind="modes missing in the band",
         )
     keep = frequency <= limit
     if residual_vectors:
@@ -96,7 +95,7 @@ def housing_from_modes(
     require(undamped == 0, f"{model.source}: {undamped} modes have no damping: give modal_damping")
     seats = seat_rows(model, positions, labels)
     skin, shells, repairs = modal_skin(model)
-    warn(f"{model.source}: {note}" for note in repairs)
+    warn_of_repairs(model.source, repairs)
     skin_nodes = np.unique(skin.facets[skin.facets < len(model.nodes)])
     plugs = [*seat_walls(model, seats, skin_nodes), *held_holes(model, skin.facets)]
     envelope = outer_envelope(

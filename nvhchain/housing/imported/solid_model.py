@@ -14,6 +14,7 @@ from nvhchain.fem import frequency_errors, inner_edges, rigid_map, stiffness_and
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, ReducedHousing
+from nvhchain.handoff.base import Doubt
 from nvhchain.housing.imported.mesh_resolution import resolution
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.structure import structural_matrices
@@ -60,7 +61,7 @@ def reduce_model(
     tell = progress or (lambda done, total: None)
     tell(0, _STEPS)
     model, notes = sound_mesh(append_seats(model, seats))
-    warn(f"{model.source}: {note}" for note in notes)
+    warn_of_repairs(model.source, notes)
     skin, shells = model_skin(model)
     warn(resolution(model, skin, f_max, fidelity.elements_per_bending_wavelength))
     tell(1, _STEPS)
@@ -114,16 +115,24 @@ def _frequency_errors(model: SolidModel, shapes: FloatArray, frequency: FloatArr
     return errors, edge_errors
 
 
-def rigid_motions(model: SolidModel, frequency: FloatArray) -> list[str]:
+def rigid_motions(model: SolidModel, frequency: FloatArray) -> list[Doubt]:
     """Return warnings of a model with more modes at 0 Hz than its held freedoms leave; `frequency` is (m,) Hz."""
     found = int((frequency == 0).sum())
     if found and model.supported:
         return [
-            f"{model.source}: freedoms are held, and still {found} rigid motions are left: hold at least three nodes "
-            "that are not on a line, or none for a free housing"
+            Doubt(
+                "rigid motions of a held model",
+                f"{model.source}: freedoms are held, and still {found} rigid motions are left: hold at least three "
+                "nodes that are not on a line, or none for a free housing",
+            )
         ]
     if found > _FREE:
-        return [f"{model.source}: {found} rigid motions, a free body has {_FREE}: parts hang together loosely"]
+        return [
+            Doubt(
+                "rigid motions of loose parts",
+                f"{model.source}: {found} rigid motions, a free body has {_FREE}: parts hang together loosely",
+            )
+        ]
     return []
 
 
@@ -180,7 +189,16 @@ def _solid_matrices(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix]:
     return K, M
 
 
-def warn(messages: Iterable[str]) -> None:
-    """Issue an AccuracyWarning for each message."""
-    for message in messages:
-        warn_caller(message)
+def warn(doubts: Iterable[Doubt]) -> None:
+    """Issue an AccuracyWarning for each doubt."""
+    for doubt in doubts:
+        warn_caller(doubt.text, kind=doubt.kind)
+
+
+def warn_of_repairs(source: str, notes: Sequence[str]) -> None:
+    """Issue one AccuracyWarning with all repairs of a model.
+
+    source: name of the model.
+    """
+    if notes:
+        warn_caller(f"{source}: {'; '.join(notes)}", kind="repaired model")

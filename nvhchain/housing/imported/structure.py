@@ -17,6 +17,7 @@ from nvhchain.fem.structural.model import ShellBlock, Structure
 from nvhchain.fem.structural.relations import RigidBody, freedom_map
 from nvhchain.fem.structural.shells import facet_frames
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.handoff.base import Doubt
 
 _NOTHING = 1e-12
 """Stiffness of an unknown over the largest one, below which nothing resists it."""
@@ -192,7 +193,7 @@ def _condensed(
     return sp.csr_matrix(basis.T @ K @ basis), sp.csr_matrix(basis.T @ M @ basis), sp.csr_matrix(T @ basis)
 
 
-def shell_resolution(model: SolidModel, f_max: float, least: float) -> list[str]:
+def shell_resolution(model: SolidModel, f_max: float, least: float) -> list[Doubt]:
     """Return warnings of shells too long for bending waves at f_max (Hz) on more than a quarter of their area.
 
     least : required second-order elements per wavelength; linear shells need twice as many.
@@ -223,4 +224,4 @@ def shell_resolution(model: SolidModel, f_max: float, least: float) -> list[str]
         f"{f_max:g} Hz, {needed:g} are needed: valid to {f_max * (count[worst] / needed) ** 2:.4g} Hz"
     )
     require(count[worst] >= 2.0, f"{message}; lower the frequency or refine to {1e3 * size[worst, 1] / needed:.2g} mm")
-    return [message]
+    return [Doubt("shells coarse for bending waves", message)]

@@ -163,14 +163,14 @@ def run_up_causes(
 
 
 def _speed_part(
-    maps: tuple[Waterfall, Waterfall], orders: Sequence[float], rest: float, decibel_energy: float
+    maps: tuple[Waterfall, Waterfall], orders: Sequence[float], rest: float, energy_per_decibel: float
 ) -> list[dict[str, Any]]:
     """Return the part (dB) of sound outside the orders about one speed; empty where it is less than half of the rest.
 
     It is at most the rest, as windows do not reach the ends of a record, whose sound then counts too little. Empty for
     different ramps, too.
 
-    decibel_energy : energy per decibel.
+    energy_per_decibel : energy per decibel of the overall levels (`_mean`).
     """
     if abs(rest) < LEAST_PART or not _same_speeds(*(waterfall.input_speed for waterfall in maps)):
         return []
@@ -178,7 +178,7 @@ def _speed_part(
         _energies(waterfall).sum(axis=1) / WINDOW_BANDWIDTH - _order_energies(waterfall, orders).sum(1)
         for waterfall in maps
     )
-    part = (after - before) / decibel_energy
+    part = (after - before) / energy_per_decibel
     first, last = _narrowest(np.sign(rest) * part)
     if not 0.5 * abs(rest) <= np.sign(rest) * part[first:last].sum():
         return []

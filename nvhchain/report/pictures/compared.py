@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nvhchain import levels, plots
+from nvhchain.case import GearboxCase
 from nvhchain.chain import Result, SteadyMap
 from nvhchain.error_band import ErrorBand
 from nvhchain.plots.files import save
@@ -65,7 +66,7 @@ def run_up_figures(results: Mapping[str, Result], out: Path) -> None:
     """Draw waterfalls and curves over speed at the first field point."""
     marks = order_marks([result.case for result in results.values()])
     histories = {name: result.pressure_history for name, result in results.items() if result.pressure_history}
-    band = max(result.case.band.high for result in results.values() if hasattr(result.case, "band"))
+    band = max(result.case.band.high for result in results.values() if isinstance(result.case, GearboxCase))
     maps = run_up_maps(histories, marks, high=band)
     *pictures, levels_picture = RUN_UP
     for number, picture in enumerate(pictures):

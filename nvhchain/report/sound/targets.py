@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.case import Case, GearboxCase, Target
+from nvhchain.case import Case, GearboxCase, RadiatorCase, Target
 from nvhchain.chain.result import Result
 from nvhchain.error_band import ErrorBand, RunUpBand, pass_probability
 from nvhchain.error_band.band import SILENT_LEVEL
@@ -145,7 +145,7 @@ def _further(target: Target, points: Sequence[_Judged], states: Mapping[str, Any
         return
     if target.field_point and target.field_point != states["field_point"]:
         return
-    torque = getattr(case, "static_torque", 0.0)
+    torque = 0.0 if isinstance(case, RadiatorCase) else case.static_torque
     rows = zip(states["torque_Nm"], states["level_dBA"], states["limits_dBA"], strict=True)
     found = [(levels, limits) for row_torque, levels, limits in rows if isclose(row_torque, torque)]
     for levels, limits in found[:1]:

@@ -8,10 +8,11 @@ from typing import Any
 from nvhchain.report.page.blocks import Figure, Hero, axes, label
 from nvhchain.report.stored import significant
 from nvhchain.study.differences import order_doubt
-from nvhchain.study.page.results import Results, design_text, text_of, unit_of
+from nvhchain.study.page.results import Results, design_text, text_of
 from nvhchain.study.page.scatter import distribution
 from nvhchain.study.page.search import course
 from nvhchain.study.page.slopes import tornado
+from nvhchain.study.responses import response_title
 from nvhchain.study.rows import Point, Row
 
 TITLE = "Answer"
@@ -52,7 +53,7 @@ def _ranked(results: Results) -> Figure | None:
         return None
     rows = ranked[:MOST_RANKED]
     trace = _points(results, rows, "", "#0072b2", horizontal=True)
-    layout = axes(unit_of(main), "", yaxis={"type": "category", "autorange": "reversed"}, showlegend=False)
+    layout = axes(response_title(main), "", yaxis={"type": "category", "autorange": "reversed"}, showlegend=False)
     count = f"The {len(rows)} lowest of {len(ranked)}" if len(rows) < len(ranked) else "All"
     caption = f"{count} designs by number and values{', with 95 % limits' if _has_limits(rows, main) else ''}."
     return Figure(caption, [trace], layout, height=100 + 26 * len(rows))
@@ -71,7 +72,7 @@ def _pareto(results: Results) -> Figure | None:
         | {"mode": "lines+markers+text", "line": {"shape": "vh", "color": "#d55e00", "width": 1.5}},
     ]
     traces[1] |= {"text": [str(row.design) for row in results.best], "textposition": "top right"}
-    layout = axes(unit_of(x), unit_of(y), showlegend=True)
+    layout = axes(response_title(x), response_title(y), showlegend=True)
     return Figure(
         f"Every design at its worst operating point{f', with 95 % limits of {y}' if _has_limits(here, y) else ''}. No "
         "design betters the numbered ones in both.",
@@ -157,4 +158,4 @@ def response_curves(results: Results) -> Figure | None:
     torques = {row.torque for row in results.rows}
     several = ", at the worst torque of every speed" if len(torques) > 1 else Point(None, *torques).words
     caption = f"Quietest and loudest designs over speed{several}."
-    return Figure(caption, traces, axes("input speed / rpm", unit_of(main)), 300)
+    return Figure(caption, traces, axes("input speed / rpm", response_title(main)), 300)

@@ -16,8 +16,8 @@ from nvhchain.study.page.results import (
     point_titles,
     response_text,
     text_of,
-    unit_of,
 )
+from nvhchain.study.responses import response_title
 from nvhchain.study.rows import Row
 
 TITLE = "Designs"
@@ -89,7 +89,7 @@ def _columns(results: Results, used: Sequence[tuple[int, Row]]) -> list[Column]:
     limited = {name for name in names if any(name in row.limits for _, row in used)}
     found: list[Column] = []
     for name in sorted(names, key=lambda name: name != main):
-        titles = [unit_of(name), *(["95 % limits"] if name in limited else [])]
+        titles = [response_title(name), *(["95 % limits"] if name in limited else [])]
         if results.differences and name == main:
             titles += ["less design 0 / dB", "limits of it"]
         found.append((titles, partial(texts, name=name)))

@@ -7,7 +7,8 @@ from typing import Any
 from nvhchain.report.page.blocks import Figure, Table, Text, axes, label
 from nvhchain.report.stored import significant
 from nvhchain.study.analysis import idle_parameters
-from nvhchain.study.page.results import Results, text_of, unit_of
+from nvhchain.study.page.results import Results, text_of
+from nvhchain.study.responses import response_title
 
 TITLE = "Effects"
 
@@ -34,7 +35,7 @@ def blocks(results: Results) -> list[Any]:
             "hovertemplate": "%{y}: %{x:.2f} (%{text})<extra></extra>",
         }
         layout = axes(
-            f"change of the mean {unit_of(str(results.main)).replace('(A)', '')}",
+            f"change of the mean {response_title(str(results.main), difference=True)}",
             "",
             yaxis={"autorange": "reversed"},
         )
@@ -48,7 +49,7 @@ def blocks(results: Results) -> list[Any]:
     drawn = any(effect.chance is not None for effect in effects)
     rows = [
         (
-            unit_of(effect.response),
+            response_title(effect.response),
             results.study.title(effect.parameter),
             text_of(effect.change),
             text_of(effect.lowest),

@@ -7,8 +7,9 @@ from typing import Any
 from nvhchain.report.page.blocks import Figure, Table, Text, axes, label
 from nvhchain.report.stored import rounded
 from nvhchain.study.analysis import sensitivity
-from nvhchain.study.page.results import Results, unit_of
+from nvhchain.study.page.results import Results
 from nvhchain.study.quality import share_text
+from nvhchain.study.responses import response_title
 
 TITLE = "Sobol indices"
 
@@ -45,7 +46,7 @@ def blocks(results: Results) -> list[Any]:
     layout = axes("", f"share of the variance of {results.main}", barmode="group", showlegend=True)
     rows = [
         (
-            unit_of(index.response),
+            response_title(index.response),
             results.study.title(index.parameter),
             share_text(index.first, index.first_limits),
             share_text(index.total, index.total_limits),

@@ -14,6 +14,7 @@ from nvhchain.study.definition import DRAWN, PAIRED, Study
 from nvhchain.study.differences import Difference, differences
 from nvhchain.study.plans.gradient import Slope
 from nvhchain.study.quality import Percentile
+from nvhchain.study.responses import is_level
 from nvhchain.study.rows import Row
 
 
@@ -85,24 +86,7 @@ def limits_of(limits: Sequence[float | None] | None, digits: int = 1) -> str:
 
 def response_text(name: str, value: float | None) -> str:
     """Return a response: levels with one decimal, others with four digits."""
-    return level_text(value) if name.startswith(("level", "sound_power", "order ")) else text_of(value)
-
-
-def unit_of(name: str) -> str:
-    """Return the title of an axis of a response."""
-    if name.startswith("level"):
-        return f"{name} / dB(A)"
-    if name.startswith(("sound_power", "order ")):
-        return f"{name} / dB"
-    for ending, unit in _ENDINGS.items():
-        head, found, rest = name.partition(ending)
-        if found:
-            return f"{head.replace('_', ' ')}{rest} / {unit}"
-    return name
-
-
-_ENDINGS = {"_kg_m2": "kg m²", "_kg": "kg", "_um": "µm", "_MPa": "MPa", "_sone": "sone"}
-"""Ending of a response's name → its unit on axes."""
+    return level_text(value) if is_level(name) else text_of(value)
 
 
 def design_text(study: Study, row: Row) -> str:

@@ -8,7 +8,7 @@ from nvhchain.levels import number_text
 from nvhchain.report.page.blocks import Figure, Table, Text, axes, label
 from nvhchain.report.stored import rounded, significant
 from nvhchain.study.definition import DRAWN
-from nvhchain.study.page.results import Results, level_text, limits_of, point_texts, point_titles, unit_of
+from nvhchain.study.page.results import Results, level_text, limits_of, point_texts, point_titles
 from nvhchain.study.quality import (
     FEWEST,
     Influence,
@@ -19,6 +19,7 @@ from nvhchain.study.quality import (
     percentiles,
     share_text,
 )
+from nvhchain.study.responses import response_title
 from nvhchain.study.rows import Point
 
 TITLE = "Scatter"
@@ -34,7 +35,7 @@ def blocks(results: Results) -> list[Any]:
     names = [main, *(name for name in results.study.targets if name != main)]
     rows = [
         (
-            unit_of(one.response),
+            response_title(one.response),
             *point_texts(one),
             f"{one.percent:g} %",
             level_text(one.value),
@@ -91,7 +92,7 @@ def distribution(results: Results) -> Figure | None:
                     "line": {"color": colour},
                 }
             )
-        layout = axes("input speed / rpm", unit_of(main), showlegend=True)
+        layout = axes("input speed / rpm", response_title(main), showlegend=True)
         if target is not None:
             layout["shapes"] = [
                 {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": target, "y1": target, "line": line}
@@ -107,7 +108,7 @@ def distribution(results: Results) -> Figure | None:
         "y": rounded(shares),
         "line": {"shape": "hv", "color": "#0072b2"},
     }
-    layout = axes(unit_of(main), f"{drawn} below / %", yaxis={"range": [0, 100]})
+    layout = axes(response_title(main), f"{drawn} below / %", yaxis={"range": [0, 100]})
     if target is not None:
         layout["shapes"] = [
             {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": target, "x1": target, "line": line}

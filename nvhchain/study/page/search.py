@@ -8,8 +8,9 @@ import numpy as np
 
 from nvhchain.report.page.blocks import Figure, Table, axes, label
 from nvhchain.report.stored import significant
-from nvhchain.study.page.results import Results, response_text, text_of, unit_of
+from nvhchain.study.page.results import Results, response_text, text_of
 from nvhchain.study.plans.optimise import scores
+from nvhchain.study.responses import response_title
 
 TITLE = "Best designs"
 
@@ -34,7 +35,7 @@ def blocks(results: Results) -> list[Any]:
         for score in sorted(valid, key=lambda score: score.responses[goal.response])[:MOST_BEST]
     ]
     percent = f", {goal.percent:g} % of {goal.draws} gearboxes" if goal.draws else ""
-    head = ("design", *(parameter.title for parameter in results.study.parameters), *map(unit_of, names))
+    head = ("design", *(parameter.title for parameter in results.study.parameters), *map(response_title, names))
     caption = f"Best designs that meet all targets, at their worst operating point{percent}."
     return [Table(head, rows, caption, numbers=1, sortable=True)] if rows else []
 
@@ -80,4 +81,6 @@ def course(results: Results) -> Figure | None:
                 "line": {"shape": "hv", "color": "#d55e00", "width": 1.5},
             }
         )
-    return Figure("Designs in the order of the search.", traces, axes("design", unit_of(name), showlegend=True), 320)
+    return Figure(
+        "Designs in the order of the search.", traces, axes("design", response_title(name), showlegend=True), 320
+    )

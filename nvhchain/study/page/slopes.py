@@ -6,8 +6,9 @@ from typing import Any
 
 from nvhchain.report.page.blocks import Figure, Table, Text, axes, bars, label
 from nvhchain.report.stored import significant
-from nvhchain.study.page.results import Results, point_texts, point_titles, text_of, unit_of
+from nvhchain.study.page.results import Results, point_texts, point_titles, text_of
 from nvhchain.study.plans.gradient import slopes
+from nvhchain.study.responses import response_title
 
 TITLE = "Slopes"
 
@@ -25,7 +26,7 @@ def blocks(results: Results) -> list[Any]:
         rows[one.response == results.main].append(
             (
                 results.study.title(one.parameter),
-                unit_of(one.response),
+                response_title(one.response),
                 *point_texts(one),
                 text_of(one.value),
                 f"± {text_of(one.error, 2)}",

@@ -10,7 +10,7 @@ from nvhchain import levels
 from nvhchain.acoustics import interpolate_vectors
 from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import InputError, silence_accuracy_warnings
-from nvhchain.handoff import ComplexArray, FloatArray, IntArray, SurfacePressure, SurfaceVelocity, TransferVectors
+from nvhchain.handoff import ComplexArray, FloatArray, SurfacePressure, SurfaceVelocity, TransferVectors
 from nvhchain.report.causes.paths import SUM_ERROR
 from nvhchain.report.page.moving import Colours, MovingBody, moving_bodies
 from nvhchain.report.stored import Stored, StoredRun
@@ -78,14 +78,7 @@ def _motion(velocity: SurfaceVelocity, frequencies: FloatArray) -> ComplexArray:
     nearest = np.abs(velocity.frequency[:, None] - frequencies).argmin(axis=0)
     found = np.abs(velocity.frequency[nearest] - frequencies) <= 1.0
     rows, back = np.unique(nearest, return_inverse=True)
-    return np.asarray(np.where(found[:, None], select_lines(velocity, rows).normal_velocity[back], 0.0))
-
-
-def select_lines(velocity: SurfaceVelocity, rows: IntArray) -> SurfaceVelocity:
-    """Return the velocity at some lines, without computing the others."""
-    if velocity.coordinates is None:
-        return velocity.replace(frequency=velocity.frequency[rows], normal_velocity=velocity.normal_velocity[rows])
-    return velocity.replace(frequency=velocity.frequency[rows], coordinates=velocity.coordinates[rows])
+    return np.asarray(np.where(found[:, None], velocity.select(rows).normal_velocity[back], 0.0))
 
 
 def _contribution(

@@ -225,21 +225,23 @@ def _panels(stored: Stored, titles: list[str], parts: dict[int, Contributions], 
         axis = layout[f"xaxis{line + 1 if line else ''}"]
         axis |= {"type": "category", "tickangle": 0, "tickfont": {"size": 11}}
         axis.pop("matches", None)
-        pressures = {
+        phase_parts = {
             number: dict(
                 zip(run_parts.names, 1e3 * run_parts.shares[line, 0] * abs(run_parts.total[line, 0]), strict=True)
             )
             for number, run_parts in parts.items()
         }
-        names = list(dict.fromkeys(name for run_pressures in pressures.values() for name in run_pressures))
-        names.sort(key=lambda name: -max(abs(run_pressures.get(name, 0.0)) for run_pressures in pressures.values()))
-        for number, run_pressures in pressures.items():
+        names = list(dict.fromkeys(name for run_phase_parts in phase_parts.values() for name in run_phase_parts))
+        names.sort(
+            key=lambda name: -max(abs(run_phase_parts.get(name, 0.0)) for run_phase_parts in phase_parts.values())
+        )
+        for number, run_phase_parts in phase_parts.items():
             run = label(stored.runs[number].name)
             traces.append(
                 {
                     "type": "bar", "name": run, "legendgroup": run, "showlegend": line == 0,
                     "x": [label(name).replace(", ", "<br>") for name in names[:PARTS]],
-                    "y": rounded((run_pressures.get(name) for name in names[:PARTS]), 4),
+                    "y": rounded((run_phase_parts.get(name) for name in names[:PARTS]), 4),
                     **panel(line), "marker": bars(number),
                     "hovertemplate": "%{x}: %{y:.3g} mPa<extra>" + run + "</extra>",
                 }

@@ -24,10 +24,10 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps
 from nvhchain.chain.cached import cached_results
 from nvhchain.chain.running import Run
-from nvhchain.errors import concerning, silence_accuracy_warnings
+from nvhchain.errors import concerning
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder
-from nvhchain.files.result_cache import AheadWatcher, ResultCache, Unwatched, Watcher
+from nvhchain.files.result_cache import AheadWatcher, ResultCache, Unwatched, Watcher, fingerprint
 from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, cores
@@ -36,7 +36,7 @@ from nvhchain.scene.planned import PlannedStep
 from nvhchain.scene.steps import HOUSING, MESH_LAWS, TRANSFER_VECTORS
 
 _LEAST_SECONDS = 5.0
-"""Smallest processor time (s) beside that of the other process for which a second process saves time."""
+"""Smallest processor time (s) of the work of each of two processes for which the second one saves time."""
 
 _Law = tuple[int, int]
 """Numbers of a case and of its gear stage, from 0."""
@@ -72,7 +72,7 @@ def operators_ahead(
 
     cases: cases that will run with the same operators.
     operators: folder of the shared operators.
-    watcher: receives the progress of the housings and transfer vectors.
+    watcher: receives the progress of what is computed in this process.
 
     A law that the other process has begun is waited for. If that process fails, this one computes its laws. Nothing is
     done in advance with one core, or where too little work is left, or memory, for two processes. The same holds for
@@ -100,7 +100,7 @@ def operators_ahead(
             steps.compile_kernels(run.gearbox, fidelity)
             with concerning(run.case.name):  # while the other process is at the mesh laws
                 steps.transfer_vectors_ahead(run)
-        with blas_threads(1), silence_accuracy_warnings():  # the run itself gives the warnings of its laws
+        with blas_threads(1):
             for number, stage in reversed(laws):
                 with concerning(runs[number].case.name):
                     steps.mesh_law(runs[number], stage)
@@ -172,23 +172,26 @@ def _laws_need_gears_alone(case: GearboxCase) -> bool:
 def _laws_ahead(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path) -> list[_Law]:
     """Return the mesh laws to compute, the longest first; none where a second process saves no time, or lacks memory.
 
-    It saves the time of its own work, or of the work beside its longest law.
+    The other process takes all laws, this one the housings and all laws but the longest: the shorter work is saved.
     """
-    laws, others = dict[_Law, PlannedStep](), list[PlannedStep]()
+    laws, others, found = dict[_Law, PlannedStep](), list[PlannedStep](), set[str]()
     for number, case in enumerate(cases):
         cached = cached_results(case, fidelity=fidelity, out=operators, only=(HOUSING, MESH_LAWS, TRANSFER_VECTORS))
-        planned = planned_steps(Scene(case, fidelity))
-        stages = enumerate(one for one in planned if one.step is MESH_LAWS)
-        laws |= {(number, stage): one for stage, one in stages if one.result not in cached}
-        others += [one for one in planned if one.step in (HOUSING, TRANSFER_VECTORS) and one.result not in cached]
-    seconds = sorted(one.seconds for one in laws.values())
-    other_seconds = sum(one.seconds for one in others if one.step is HOUSING) + sum(seconds[:-1])
-    megabytes = [
-        max((one.megabytes for one in some), default=0.0) for some in (laws.values(), [*laws.values(), *others])
-    ]
-    if cores() < 2 or min(sum(seconds), other_seconds) <= _LEAST_SECONDS or 1e6 * sum(megabytes) > free_memory():
-        return []
-    return sorted(laws, key=lambda law: -laws[law].seconds)
+        planned = {one.result: one for one in planned_steps(Scene(case, fidelity)) if one.result not in cached}
+        others += [one for one in planned.values() if one.step in (HOUSING, TRANSFER_VECTORS)]
+        for stage, (drawn, pair, force) in enumerate(zip(case.stages, case.pairs, case.mesh_forces, strict=True)):
+            result, inputs = MESH_LAWS.file_of(drawn.name), fingerprint(drawn.name, pair, abs(force))
+            if result in planned and inputs not in found:  # cases have laws in common
+                laws[number, stage] = planned[result]
+                found.add(inputs)
+    ordered = sorted(laws, key=lambda law: -laws[law].seconds)
+    here = [*(laws[law] for law in ordered[1:]), *others]
+    seconds = min(
+        sum(one.seconds for one in laws.values()), sum(one.seconds for one in here if one.step is not TRANSFER_VECTORS)
+    )
+    megabytes = sum(max((one.megabytes for one in some), default=0.0) for some in (laws.values(), here))
+    enough = cores() > 1 and seconds > _LEAST_SECONDS and 1e6 * megabytes < free_memory()
+    return ordered if enough else []
 
 
 def _end_with_caller() -> None:

@@ -120,16 +120,18 @@ def _check_speed(case: GearboxCase, forces: FloatArray) -> None:
 def _check_periods(case: GearboxCase, forces: BearingForces) -> None:
     """Warn of a periodic record without whole mesh periods of every stage: its lines leak."""
     turns = len(forces.time) / forces.sample_rate * float(forces.input_speed.mean()) / (2.0 * pi)
-    for stage, order in case.mesh_orders.items():
-        meshes = float(order) * turns
-        off = abs(meshes - round(meshes))
-        _warn_unless(
-            off <= CYCLES_OFF[0] + CYCLES_OFF[1] * meshes and round(meshes) >= 1,
-            "period of forces",
-            f"called periodic, but the record covers {meshes:.5g} mesh periods of stage {stage} (limit "
-            f"{CYCLES_OFF[0]:g} off a whole number): cut it to whole periods, correct the speed, or set "
-            "periodic = false",
-        )
+    meshes = {stage: float(order) * turns for stage, order in case.mesh_orders.items()}
+    broken = [
+        f"{count:.5g} mesh periods of stage {stage}"
+        for stage, count in meshes.items()
+        if abs(count - round(count)) > CYCLES_OFF[0] + CYCLES_OFF[1] * count or round(count) < 1
+    ]
+    _warn_unless(
+        not broken,
+        "period of forces",
+        f"called periodic, but the record covers {' and '.join(broken)} (limit {CYCLES_OFF[0]:g} off a whole number): "
+        "cut it to whole periods, correct the speed, or set periodic = false",
+    )
 
 
 def _check_means(case: GearboxCase, means: FloatArray, moving: float) -> None:

@@ -172,7 +172,8 @@ def response_unit(name: str, *, difference: bool = False) -> str:
         return "dB" if difference else "dB(A)"
     if name.startswith(("sound_power", "order ")):
         return "dB"
-    return next((unit for ending, unit in _ENDINGS.items() if ending in name), "")
+    quantity = name.partition(" of ")[0]
+    return next((unit for ending, unit in _ENDINGS.items() if quantity.endswith(ending)), "")
 
 
 def is_level(name: str) -> bool:
@@ -185,13 +186,12 @@ def response_title(name: str, *, difference: bool = False) -> str:
 
     difference: True for an axis of differences.
     """
-    unit, title = response_unit(name, difference=difference), name
-    if not unit:
-        return name
-    if not is_level(name):
-        head, _, rest = name.partition(next(ending for ending in _ENDINGS if ending in name))
-        title = f"{head.replace('_', ' ')}{rest}"
-    return f"{title} / {unit}"
+    unit = response_unit(name, difference=difference)
+    if not unit or is_level(name):
+        return f"{name} / {unit}" if unit else name
+    quantity = name.partition(" of ")[0]
+    ending = next(ending for ending in _ENDINGS if quantity.endswith(ending))
+    return f"{quantity.removesuffix(ending).replace('_', ' ')}{name.removeprefix(quantity)} / {unit}"
 
 
 _ENDINGS = {"_kg_m2": "kg m²", "_kg": "kg", "_um": "µm", "_MPa": "MPa", "_sone": "sone"}

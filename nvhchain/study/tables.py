@@ -222,7 +222,7 @@ def _write_slopes(study: Study, rows: Sequence[Row], folder: Path) -> list[str]:
     main = main_response(rows)
     return [
         f"One {study.unit(one.parameter) or 'unit'} of {one.parameter} changes {main}"
-        f"{Point(one.speed_rpm, one.torque).words} by {one.value:.3g} "
+        f"{Point(one.speed_rpm, one.torque).words} by {one.value:.3g}{_unit(main, difference=True)} "
         + (f"({_ends(one.limits, 3)}; " if any(limit is not None for limit in one.limits) else "(")
         + f"difference quotient ± {one.error:.1g})"
         for one in found
@@ -246,7 +246,7 @@ def _search_lines(study: Study, rows: Sequence[Row]) -> list[str]:
     if base.responses and base.design != best.design:
         change = best.responses[name] - base.responses[name]
         missed = ", which misses a target" if base.excess > 0 else ""
-        lines.append(f"Difference from design 0, the base case{missed}: {change:+{form}}")
+        lines.append(f"Difference from design 0, the base case{missed}: {change:+{form}}{_unit(name, difference=True)}")
     return lines + lies
 
 
@@ -285,14 +285,16 @@ def _summary(study: Study, rows: Sequence[Row], effects: Sequence[Effect]) -> li
     lines, main = [], main_response(rows)
     heard = [row for row in worst_rows(rows) if main is not None and main in row.responses]
     if main is not None and heard and study.plan not in ("optimise", "gradient") and not study.is_series:
-        several = " (worst operating point)" if len({(row.speed_rpm, row.torque) for row in rows}) > 1 else ""
+        form, several = ".1f" if is_level(main) else ".4g", ""
+        if len({(row.speed_rpm, row.torque) for row in rows}) > 1:
+            several = " (worst operating point)"
         for word, row in (
             ("Lowest", min(heard, key=lambda row: row.responses[main])),
             ("Highest", max(heard, key=lambda row: row.responses[main])),
         ):
             given = ", ".join(study.text(*one)[:60] for one in _given(row).items())
             lines.append(
-                f"{word} {main}{several}: {row.responses[main]:.1f}{_unit(main)}{_limits(row, main)}, "
+                f"{word} {main}{several}: {row.responses[main]:{form}}{_unit(main)}{_limits(row, main)}, "
                 f"design {row.design} ({given})"
             )
         if study.targets and study.plan not in DRAWN:

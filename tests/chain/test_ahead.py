@@ -4,6 +4,7 @@ import pickle
 import shlex
 import subprocess
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 
@@ -17,6 +18,7 @@ from nvhchain.cli import main
 from nvhchain.cli.console import Console
 from nvhchain.errors import InputError
 from nvhchain.files.result_cache import ResultCache
+from nvhchain.scene import decided
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore:housing elements of", "ignore:rayleigh at"
@@ -37,10 +39,51 @@ def worth(monkeypatch):
     monkeypatch.setattr(ahead, "cores", lambda: 2)
 
 
+def but_laws(ended):
+    """Steps that ended, without mesh laws: both processes compute them."""
+    return [each for each in ended if not each[0].startswith("mesh_law")]
+
+
+def test_laws_are_numbered_by_stages_the_longest_first_and_common_ones_once(request, tmp_path, monkeypatch, worth):
+    """Laws with deviations are planned too, and are no stages."""
+    cases = request.config.rootpath / "cases"
+    class_6, solid, slotted = (
+        decided(nvh.load_case(cases / name), nvh.DRAFT)
+        for name in ("small/class_6.toml", "gearbox/solid.toml", "gearbox/slotted.toml")
+    )
+    assert ahead._laws_ahead([class_6], nvh.DRAFT, tmp_path) == [(0, 0)]
+    assert ahead._laws_ahead([solid, slotted], nvh.DRAFT, tmp_path) == [(0, 1), (1, 0), (0, 0)]
+    there = {"housing", "transfer_vectors"}
+    monkeypatch.setattr(ahead, "cached_results", lambda case, **_: there)
+    assert ahead._laws_ahead([solid], nvh.DRAFT, tmp_path) == [(0, 1), (0, 0)]
+    there.add("mesh_law_stage2")
+    assert ahead._laws_ahead([slotted, replace(slotted, name="twin")], nvh.DRAFT, tmp_path) == []
+
+
+def test_this_process_begins_with_the_shortest_law_and_names_its_case(request, tmp_path, monkeypatch, record, worth):
+    gearboxes = request.config.rootpath / "cases" / "gearbox"
+    cases = [nvh.load_case(gearboxes / f"{name}.toml") for name in ("solid", "slotted")]
+    cases = [replace(each, quantities=("bearing_forces",), field_points=()) for each in cases]
+    monkeypatch.setattr(ahead, "_mesh_law_process", lambda *_: nullcontext())
+    monkeypatch.setattr(ahead.steps, "reduced_housing", lambda run: None)
+    monkeypatch.setattr(ahead.steps, "compile_kernels", lambda *_: None)
+    laws = []
+
+    def law(run, stage):
+        laws.append((run.case.name, stage))
+        run.shared.watcher.end("mesh_law", "computed")
+
+    monkeypatch.setattr(ahead.steps, "mesh_law", law)
+    with ahead.operators_ahead(cases, nvh.DRAFT, tmp_path, record):
+        pass
+    assert laws[-3:] == [("solid", 0), ("slotted", 0), ("solid", 1)]
+    assert [step for step, _ in record.ended] == [f"mesh_law of {name}" for name, _ in laws[-3:]]
+
+
 @pytest.mark.slow
 def test_laws_are_found_or_made_here_where_the_process_failed(case, coarse, tmp_path, record, monkeypatch, worth):
     with ahead.operators_ahead([case], coarse, tmp_path / "two", record):
-        assert record.ended == [("housing", "computed")]
+        assert but_laws(record.ended) == [("housing", "computed")]
         found = nvh.run(case, fidelity=coarse, out=tmp_path / "two", watcher=record).force_spectrum.force
     so_far = list(record.ended)
     with ahead.operators_ahead([case], coarse, tmp_path / "two", record):
@@ -103,7 +146,7 @@ def test_transfer_vectors_are_made_while_the_laws_are(case, coarse, tmp_path, re
     heard = replace(heard, band=case.band)
     cheap = replace(coarse, acoustics=replace(coarse.acoustics, radiation="rayleigh"))
     with ahead.operators_ahead([heard], cheap, tmp_path, record):
-        assert record.ended == [("housing", "computed"), ("transfer_vectors", "computed")]
+        assert but_laws(record.ended) == [("housing", "computed"), ("transfer_vectors", "computed")]
         nvh.run(heard, fidelity=cheap, out=tmp_path, watcher=record)
     assert ("transfer_vectors", "cached") in record.ended
     assert record.began.count("transfer_vectors") == 1

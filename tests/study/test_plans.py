@@ -223,7 +223,7 @@ def test_a_slope_is_stated_with_its_limits(tmp_path, monkeypatch):
     for limits, text in (((-0.68, 1.08), "(-0.68…1.08; difference quotient ± 0.004)"), ((None, None), "(difference ")):
         slope = gradient.Slope("x", "level", None, None, 0.191, 0.004, limits, 0.5)
         monkeypatch.setattr("nvhchain.study.tables.slopes", lambda *given, slope=slope: [slope])
-        assert write_study(study, rows, tmp_path)[0].startswith(f"One unit of x changes level by 0.191 {text}")
+        assert write_study(study, rows, tmp_path)[0].startswith(f"One unit of x changes level by 0.191 dB {text}")
 
 
 def test_robust_scores_are_percentiles_over_draws_at_the_worst_speed():

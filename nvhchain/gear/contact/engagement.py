@@ -284,11 +284,13 @@ class Engagement:
         tolerance = self.fidelity.contact_residual
         forces = slice_forces(compliance, approach, lines.length, law, tolerance=tolerance)
         if friction:
-            friction_approach = friction * self.friction_compliance(lines)
+            friction_compliance = friction * self.friction_compliance(lines)
             for _ in range(FRICTION_ROUNDS):
-                before = friction_approach @ forces.T
-                forces = slice_forces(compliance, approach - before.T, lines.length, law, tolerance=tolerance)
-                change = np.abs(friction_approach @ forces.T - before).max(initial=0.0)
+                friction_approach = friction_compliance @ forces.T
+                forces = slice_forces(
+                    compliance, approach - friction_approach.T, lines.length, law, tolerance=tolerance
+                )
+                change = np.abs(friction_compliance @ forces.T - friction_approach).max(initial=0.0)
                 if change <= tolerance * np.abs(approach).max(initial=0.0):
                     break
             else:

@@ -49,7 +49,7 @@ def blocks(results: Results) -> list[Any]:
     drawn = any(effect.chance is not None for effect in effects)
     rows = [
         (
-            response_title(effect.response),
+            response_title(effect.response, difference=True),
             results.study.title(effect.parameter),
             text_of(effect.change),
             text_of(effect.lowest),

@@ -26,7 +26,7 @@ def blocks(results: Results) -> list[Any]:
         rows[one.response == results.main].append(
             (
                 results.study.title(one.parameter),
-                response_title(one.response),
+                response_title(one.response, difference=True),
                 *point_texts(one),
                 text_of(one.value),
                 f"± {text_of(one.error, 2)}",
@@ -73,6 +73,11 @@ def tornado(results: Results) -> Figure | None:
             }
         )
     title = " and ".join(point_titles(results.study))
-    layout = axes(f"slope × range of {results.main}", "", showlegend=len(traces) > 1, barmode="group")
+    layout = axes(
+        f"slope × range of {response_title(str(results.main), difference=True)}",
+        "",
+        showlegend=len(traces) > 1,
+        barmode="group",
+    )
     caption = f"Change of {results.main} over the range of each parameter" + (f", by {title}." if title else ".")
     return Figure(caption, traces, layout, height=140 + 34 * len(found)) if found else None

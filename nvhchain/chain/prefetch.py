@@ -177,6 +177,8 @@ def _laws_ahead(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Pat
     laws, others, found = dict[_Law, PlannedStep](), list[PlannedStep](), set[str]()
     for number, case in enumerate(cases):
         cached = cached_results(case, fidelity=fidelity, out=operators, only=(HOUSING, MESH_LAWS, TRANSFER_VECTORS))
+        if cached.issuperset(MESH_LAWS.file_of(stage.name) for stage in case.stages):
+            continue
         planned = {one.result: one for one in planned_steps(Scene(case, fidelity)) if one.result not in cached}
         others += [one for one in planned.values() if one.step in (HOUSING, TRANSFER_VECTORS)]
         for stage, (drawn, pair, force) in enumerate(zip(case.stages, case.pairs, case.mesh_forces, strict=True)):

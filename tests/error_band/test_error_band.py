@@ -25,7 +25,6 @@ from nvhchain.error_band import (
     error_band,
     force_band,
     power_band,
-    quantities,
     velocity_band,
 )
 from nvhchain.error_band.gears import AMPLIFICATION, law_error
@@ -81,50 +80,6 @@ def test_a_coarse_housing_is_wrong_at_its_resonances_and_less_so_when_it_is_fine
     relative = (coarse.falls["housing"] / coarse.pressure).max(axis=1)
     assert relative[LINES == 1000.0] > 5 * relative[LINES == 300.0]
     assert (fine.falls["housing"].max(axis=1) < 0.3 * coarse.falls["housing"].max(axis=1)).all()
-
-
-@FOUR_MASTERS
-def test_lines_that_nobody_hears_take_no_vectors_and_change_no_other_line(case, housing, parts, monkeypatch):
-    """Also where a microphone that hears others stands in a null; their own gear errors are computed."""
-    _, _, vectors, forces = parts
-    loud = np.arange(len(LINES)) % 3 != 1
-    forces = forces.replace(force=forces.force * np.where(loud, 1.0, 1e-6)[:, None, None])  # 120 dB
-    velocity = respond(housing, forces)
-    pressure = radiate(vectors, velocity, fidelity=DRAFT.acoustics)
-    quiet = pressure.pressure.copy()
-    quiet[0, 1] = 1e-14
-    pressure, laws = pressure.replace(pressure=quiet, input_speed=2 * np.pi * 10.0), [mesh_law([1e-6, 1e-6])]
-    computed, estimate = [], nvh.acoustics.interpolation_error
-
-    def counting(vectors, velocity, *, fidelity):
-        computed.append(velocity.frequency.tolist())
-        return estimate(vectors, velocity, fidelity=fidelity)
-
-    monkeypatch.setattr(nvh.acoustics, "interpolation_error", counting)
-    made = of(case, DRAFT, housing, (pressure, velocity, vectors, forces), laws)
-    monkeypatch.setattr(quantities, "_HEARD_SHARE", 0.0)
-    whole = of(case, DRAFT, housing, (pressure, velocity, vectors, forces), laws)
-    assert computed == [LINES[loud].tolist(), LINES.tolist()]
-    assert made.overall == pytest.approx(whole.overall, abs=1e-3)
-    assert {*made.sources} == {*whole.sources}
-    for name, error in made.sources.items():
-        assert error[loud] == pytest.approx(whole.sources[name][loud], rel=1e-9), name
-    for name in ("gear", "settling", "time step"):
-        assert made.sources[name] == pytest.approx(whole.sources[name], rel=1e-9)
-    assert (made.sources["housing"][~loud] < 10.0 * made.amplitude[~loud]).all()
-
-
-@FOUR_MASTERS
-@pytest.mark.parametrize("lines", [[0.0], [300.0], [0.0, 300.0]])
-def test_silence_and_what_stands_still_have_no_audible_lines(case, housing, parts, lines):
-    _, _, vectors, forces = parts
-    stated = vectors.replace(accuracy=SoundAccuracy(elements_per_wavelength=6.0, expected_error_db=0.3))
-    still = forces.replace(frequency=lines, force=np.zeros((len(lines), *forces.force.shape[1:])))
-    velocity = respond(housing, still)
-    pressure = radiate(stated, velocity, fidelity=DRAFT.acoustics)
-    assert pressure.accuracy.cancellation_error_db is None
-    if lines == [300.0]:
-        assert (of(case, DRAFT, housing, (pressure, velocity, stated, still)).error == 0).all()
 
 
 def test_at_a_resonance_a_moved_mode_lowers_the_sound_and_hardly_raises_it(case, housing, parts):

@@ -96,8 +96,8 @@ def error_band(
     radiation = radiation_error(velocity.surface, whole.frequency, case, fidelity.acoustics, accuracy)
     sources = times(force_sources(origin, whole.frequency, pressure.input_speed, size), size)
     sources |= times(radiation, scale)
-    sources |= {name: _spread(size, whole.frequency, heard, error) for name, error in band.sources.items()}
-    falls = {name: _spread(size, whole.frequency, heard, error) for name, error in band.falls.items()}
+    sources |= {name: _spread(whole, heard, error) for name, error in band.sources.items()}
+    falls = {name: _spread(whole, heard, error) for name, error in band.falls.items()}
     return replace(whole, sources=sources, falls=falls, moved=band.moved)
 
 
@@ -135,12 +135,12 @@ def _heard(band: ErrorBand) -> IntArray:
     return found if len(found) else np.arange(len(size))
 
 
-def _spread(size: FloatArray, lines: FloatArray, heard: IntArray, error: FloatArray) -> FloatArray:
+def _spread(band: ErrorBand, heard: IntArray, error: FloatArray) -> FloatArray:
     """Return errors (n_f, n_place) at all lines: those beside the `heard` ones err as these do, relative to their size.
 
-    size: (n_f, n_place) amplitudes.
     error: (n_heard, n_place) errors at the lines that are heard.
     """
+    lines, size = band.frequency, band.amplitude
     found = np.zeros(size.shape)
     found[heard] = error
     others = np.setdiff1d(np.arange(len(size)), heard, assume_unique=True)

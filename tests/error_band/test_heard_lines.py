@@ -5,7 +5,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.acoustics import radiate
-from nvhchain.error_band import Origin, error_band, quantities
+from nvhchain.error_band import COVERAGE, Origin, error_band, quantities
 from nvhchain.fidelity import DRAFT
 from nvhchain.handoff import SoundAccuracy
 from nvhchain.housing import respond
@@ -64,6 +64,8 @@ def test_lines_that_nobody_hears_take_no_vectors_and_change_no_other_line(case, 
     assert {*made.sources} == {*whole.sources}
     for name, error in made.sources.items():
         assert error[loud] == pytest.approx(whole.sources[name][loud], rel=1e-9), name
+    own = estimate(vectors, velocity.select(loud), fidelity=DRAFT.acoustics)
+    assert made.sources["masters"][loud] == pytest.approx(quantities.MASTER_MARGIN * own / COVERAGE, rel=1e-9)
     for name in ("gear", "settling", "time step"):
         assert made.sources[name] == pytest.approx(whole.sources[name], rel=1e-9)
     assert (made.sources["housing"][~loud] < 10.0 * made.amplitude[~loud]).all()

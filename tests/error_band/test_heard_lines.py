@@ -81,3 +81,14 @@ def test_silence_and_what_stands_still_have_no_audible_lines(case, housing, part
     assert pressure.accuracy.cancellation_error_db is None
     if lines == [300.0]:
         assert (band(case, housing, (pressure, velocity, stated, still)).error == 0).all()
+
+
+@pytest.mark.parametrize("lines", [slice(1, 3), np.array([0, 4]), LINES > 950.0])
+def test_selected_lines_have_their_own_velocity_in_either_form(parts, lines):
+    velocity = parts[1]
+    given = velocity.replace(normal_velocity=velocity.normal_velocity)
+    for form in (velocity, given):
+        chosen = form.select(lines)
+        assert (chosen.frequency == LINES[lines]).all()
+        assert chosen.normal_velocity == pytest.approx(velocity.normal_velocity[lines], rel=1e-12)
+    assert (velocity.coordinates is None, given.coordinates) == (False, None)

@@ -23,6 +23,20 @@ SILENT_LEVEL = -1000.0
 """Level (dB) below which a value is the logarithm of zero: no sound and no lower limit."""
 
 
+ONE_SIGN = {"housing": 0.0, "gear": 0.25}
+"""Source of error → share of its squares that has one sign at all lines and adds up over them; 1 for other sources.
+
+Errors by the housing change sign at a resonance. Those by gears do so from harmonic to harmonic: the sums of errors of
+bearing forces over the lines are at most a third of what they were with one sign (docs/measured/chain/error_band.md).
+"""
+
+
+def squared_sum(changes: FloatArray, source: str) -> FloatArray:
+    """Return the square (n_place,) of the change that the changes (n_f, n_place) of the lines by a source make up."""
+    share = ONE_SIGN.get(source, 1.0)
+    return np.asarray((1.0 - share) * (changes**2).sum(axis=0) + share * np.abs(changes).sum(axis=0) ** 2)
+
+
 @dataclass(frozen=True, eq=False)
 class ErrorBand:
     """Confidence limits of the levels at the lines of a pressure or another quantity.
@@ -158,7 +172,7 @@ class ErrorBand:
         found = {}
         for name, source in sources.items():
             parts = self.weight * (self.amplitude / self._unit) * (source / self._unit)
-            found[name] = (parts**2).sum(axis=0) if name == "housing" else parts.sum(axis=0) ** 2
+            found[name] = squared_sum(parts, name)
         return found
 
     @property
@@ -167,8 +181,8 @@ class ErrorBand:
 
         Notes
         -----
-        The errors of one source have one sign at all lines (a mesh is too stiff everywhere): they add up over the
-        lines. Those of `housing` change sign at a resonance: they add in quadrature. The energy changes by the sum of
+        The errors of most sources have one sign at all lines (a mesh is too stiff everywhere): they add up over the
+        lines. Those of others change sign, and add in quadrature (`ONE_SIGN`). The energy changes by the sum of
         (p ± e)² − p². By Cauchy and Schwarz the lower limit of the energy is at most (1 − Σpe/Σp²)² of it. The upper
         limit of silence is the level of its error.
         """

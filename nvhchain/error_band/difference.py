@@ -9,7 +9,7 @@ from math import erf, sqrt
 import numpy as np
 
 from nvhchain.case import Case, GearboxCase
-from nvhchain.error_band.band import COVERAGE, SILENT_LEVEL, ErrorBand
+from nvhchain.error_band.band import COVERAGE, SILENT_LEVEL, ErrorBand, squared_sum
 from nvhchain.errors import require
 from nvhchain.files.result_cache import fingerprint
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing, TransferVectors
@@ -57,8 +57,8 @@ def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[st
         if name in fixed:
             continue
         before, after = _energy_changes(first, name, lines), _energy_changes(second, name, lines)
-        common = _sum(after - before, name) ** 2
-        if name in shared and bool(np.all(common <= _sum(before, name) ** 2 + _sum(after, name) ** 2)):
+        common = squared_sum(after - before, name)
+        if name in shared and bool(np.all(common <= squared_sum(before, name) + squared_sum(after, name))):
             shift += common
             fixed.append(name)
     (fall, rise), (falling, rising) = (_sides(_drop_sources(band, fixed)) for band in (first, second))
@@ -93,11 +93,6 @@ def _energy_changes(band: ErrorBand, name: str, lines: FloatArray) -> FloatArray
     change = band.weight * band.amplitude * np.maximum(band.sources[name], band.downward[name])
     found[np.searchsorted(lines, band.frequency)] = change / np.where(energy > 0, energy, 1.0)
     return found
-
-
-def _sum(changes: FloatArray, name: str) -> FloatArray:
-    """Return the sum (n_place,) of changes (n_f, n_place) of the lines of a source."""
-    return np.asarray(np.sqrt((changes**2).sum(axis=0)) if name == "housing" else np.abs(changes).sum(axis=0))
 
 
 def shared_inputs(

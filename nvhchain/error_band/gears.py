@@ -8,7 +8,7 @@ comes from products of stronger harmonics, in one mesh or in two, and has their 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import gcd, lcm
 
@@ -29,17 +29,32 @@ It is that of one layer under one axial pitch and falls with the square of the l
 harmonics fall with their number. Measured: 4.7, 2.9, 1.8, 3.4, 2.9, 2.8 and 5.3e-3 with 2.1, 2.8, 3.6, 4.8, 7.3, 9.7
 and 13.3 layers.
 """
-LAYER_ERROR, SLICE_ERROR, ANGLE_ERROR = 5e-4, 4.0, 1e-3
-"""Errors of the mesh harmonics of a transmission error over the strongest of them (docs/measured/gear/gear.md).
+LAYER_ERROR, STRAIGHT_LAYERS = 5e-4, 0.25
+"""LAYER_ERROR: error of mesh harmonics over the strongest one by element layers as thick as the module.
 
-LAYER_ERROR: element layers as thick as the module; rises with the fourth power of the thickness. Measured: 1 to 3e-4 on
-four pairs with layers of 0.7 to 3.0 modules, 5e-4 and two harmonics of 17e-4 on a fifth one.
-SLICE_ERROR: over the square of the overlap ratio per slice, for a sum over slices in place of the integral over a
-helical face. Harmonic n is off by (π n ε/S)²/6 of its part that the face does not cancel, which falls with n². In the
-mean 3 to 4, single harmonics up to 7, for overlaps of 0.33 to 1.65 at 16 slices.
-ANGLE_ERROR: 48 angles per mesh; falls with the second power. Measured: 2e-4 on smooth helical gears, 4e-3 where teeth
-come into contact at once.
+It rises with the fourth power of the thickness and with the overlap ratio up to 1, from `STRAIGHT_LAYERS` of it for
+straight teeth. Harmonics whose number exceeds that of the layers under an axial pitch err less, by the cube of the
+ratio. Measured on seven pairs with overlaps of 0 to 2.9 and layers of 0.5 to 4.2 modules: 0.3 to 1.2 times as large,
+and for harmonics beyond 0.1 to 2 times; those at which a line passes layers are in `layer_ripple`.
 """
+
+SLICE_ERROR, SLICE_RIPPLE = 1.2, 2.0
+"""SLICE_ERROR: error by the sum over S slices in place of the integral over a helical face of overlap ratio ε.
+
+The sum of equal slices makes x/sin x of harmonic n, with x = π n ε/S. The error is over x/sin x − 1 and the harmonic,
+or its larger neighbour where the face nearly cancels it. Measured with 16 to 48 slices on six pairs with overlaps of
+0.3 to 2.9, up to the 24th harmonic: 0.3 to 1.5.
+SLICE_RIPPLE: largest error over that harmonic. Towards x = π slices make a ripple, which the law has in itself.
+"""
+
+ANGLE_ERROR = 1e-3
+"""Error of mesh harmonics over the strongest one by 48 angles per mesh, before a law is known.
+
+It falls with the second power. Measured: 1e-4 on smooth helical gears, 2e-3 where teeth come into contact at once.
+"""
+
+INTERPOLATED = 17.0
+"""Relative error of harmonic n by the local cubic between N angles, over (n/N)⁴; measured on sines."""
 
 PATTERN_ERROR, PROFILE_ERROR = 0.7, 2.5e-3
 """Errors of the first mesh harmonic over the strongest one; they fall with the square of its number.
@@ -95,11 +110,14 @@ AMPLIFICATION = 1.2
 Fitted to bearing forces of single-stage gearboxes (benchmarks/chain/error_band.py).
 """
 
-FED, FED_MARGIN = 0.5, 3.0
-"""FED: largest relative error of a line that feeds its neighbours through the modulation of the mesh stiffness.
+FED, ALONE = 0.5, 0.8
+"""FED: relative error from which on a line counts as fed by others, through the varying mesh stiffness.
 
-FED_MARGIN: largest gain of forces over their excitation at a line, over the largest at the known lines around it.
+ALONE: share of the excitation of a line that one mesh makes, from which on the line tells this mesh's gain.
 """
+
+CANCELLED, FED_MARGIN = 0.3, 2.0
+"""Smallest and largest gain of forces over the error of their excitation, over the mean of the lines around them."""
 
 APART = 0.1
 """Change of the mesh force, over the force, between the transmission errors whose difference is the compliance."""
@@ -117,11 +135,13 @@ class ForceError:
 
     step : spacing of the lines (orders).
     power, error : (n,) squares of amplitudes over the mean deflection, from order 0 on.
+    meshes : (n_mesh, 2, n) power of each mesh alone, and the part of the error that each adds.
     """
 
     step: float
     power: FloatArray
     error: FloatArray
+    meshes: FloatArray
 
     def relative(self, orders: FloatArray, width: FloatArray | float = 0.0) -> FloatArray:
         """Return the relative error (n,) of bearing forces at `orders`, from lines within `width` orders of each.
@@ -132,24 +152,41 @@ class ForceError:
         return np.asarray(np.where(seen, AMPLIFICATION * np.sqrt(wrong / np.where(seen, there, 1.0)), 1.0))
 
     def relative_of(self, orders: FloatArray, force: FloatArray, reach: float) -> FloatArray:
-        """Return `relative` (n,) of forces (n,) at `orders`, with sidebands that a line within `reach` orders feeds.
+        """Return `relative` (n,) of forces (n,) at `orders`, from the gains of forces over excitations around them.
 
-        A mesh multiplies its motion by its varying stiffness. At a resonance of the gears the sidebands of a loud line
-        k are therefore louder than their own excitation accounts for. The own error of sideband j is then at most
-        `FED_MARGIN` G e_j/F_j, with the largest gain G of forces over excitations at known lines around it. The fed
-        part has the relative errors of line k and of the excitation at the distance |j − k|.
+        Meshes differ in deflection and stiffness. Each has its own gain G, that of the nearest known lines that it
+        makes alone, in the mean over `reach` orders. Its error e_j at line j is an error G e_j of the force. That
+        counts at least by `CANCELLED`, where paths cancel, and at most by `FED_MARGIN`.
+
+        A mesh also multiplies its motion by its varying stiffness. At a resonance of the gears the sidebands j of a
+        loud line k are therefore louder than their own excitation accounts for. This part has the relative errors of
+        line k and of the excitation at the distance |j − k|. Without a known line within `reach` it is unknown.
         """
         error = self.relative(orders)
-        there, wrong, seen = self._neighbourhood(orders, 0.0)
+        there, _, seen = self._neighbourhood(orders, 0.0)
         known = seen & (error < FED) & (force > 0)
-        gain = np.where(known, force / np.sqrt(np.where(seen, there, 1.0)), 0.0)
-        for line in np.flatnonzero((error >= FED) & (force > 0)):
+        first = np.searchsorted(orders, orders - reach)
+        last = np.searchsorted(orders, orders + reach, side="right")
+        made = np.zeros(len(orders))
+        for power, wrong in self.meshes:
+            alone, own, _ = replace(self, power=power, error=wrong)._neighbourhood(orders, 0.0)
+            chosen = known & (alone > ALONE * there)
+            sums = (np.concatenate([[0.0], np.cumsum(np.where(chosen, values, 0.0))]) for values in (force**2, there))
+            forces, excitations = (total[last] - total[first] for total in sums)
+            found = np.flatnonzero(excitations > 0)
+            if not len(found):
+                return error
+            nearest = found[np.searchsorted(0.5 * (orders[found][1:] + orders[found][:-1]), orders)]
+            made += own * (forces[nearest] / excitations[nearest])
+        made = AMPLIFICATION * np.sqrt(made) / np.where(force > 0, force, np.inf)
+        error = np.where(seen, np.maximum(error, CANCELLED * made), error)
+        for line in np.flatnonzero((error >= FED) & (made > 0)):
             near = known & (np.abs(orders - orders[line]) <= reach)
+            fed = 1.0
             if near.any():
                 feeder = int(np.argmax(np.where(near, force, 0.0)))
-                alone = AMPLIFICATION * np.sqrt(wrong[line]) * FED_MARGIN * gain[near].max() / force[line]
-                apart = self.relative(np.abs(orders[[line]] - orders[feeder]))[0]
-                error[line] = min(error[line], float(np.sqrt(alone**2 + error[feeder] ** 2 + apart**2)))
+                fed = np.hypot(error[feeder], self.relative(np.abs(orders[[line]] - orders[feeder]))[0])
+            error[line] = min(error[line], float(np.hypot(FED_MARGIN * made[line], fed)))
         return error
 
     def _neighbourhood(
@@ -178,18 +215,16 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
         teeth = round(law.period * law.teeth[1] / (2 * np.pi))
         base = case.mesh_orders[stage.name] / teeth
         _, deflection = quasi_static_transmission_error(law, force)
-        harmonics = np.abs(np.fft.rfft(deflection)) / len(deflection)
+        held = min(len(deflection), teeth * fidelity.angles_per_mesh) // 2 + 1  # a finer law may stand for it
+        harmonics = (np.abs(np.fft.rfft(deflection)) / len(deflection))[:held]
         count = min(int(highest / base) + 1, FINEST)
-        number = np.arange(1, max(len(harmonics), count) // teeth + 2)
-        error = law_error(wheel.geometry, fidelity, number)
+        error = contact_error(wheel.geometry, fidelity, _kinks(harmonics[teeth::teeth], count // teeth + 2))
         if any(gear.geometry.micro != MicroGeometry() for gear in (pinion, wheel)):
             error *= _compliance_ratio(law, force, harmonics, teeth)
-        own, wrong = _law_spectrum(harmonics, teeth, error, fidelity, count)
-        table = _table_error(law, force, deflection, teeth) / harmonics[0]
+        ripple = layer_ripple(wheel.geometry, fidelity, len(error))
+        own, wrong = _law_spectrum(harmonics, teeth, error, ripple, fidelity, count)
+        table = _table_error(law, force, deflection, teeth)[:held] / harmonics[0]
         wrong[: len(table)] = np.hypot(wrong[: len(table)], table)
-        if fidelity.bodies == "elements":
-            held = slice(teeth, len(harmonics), teeth)
-            wrong[held] = np.hypot(wrong[held], layer_ripple(wheel.geometry, fidelity, len(wrong[held])))
         spectra.append((base, own, wrong))
     return folded(spectra, highest)
 
@@ -242,27 +277,32 @@ def folded(spectra: Sequence[tuple[Fraction, FloatArray, FloatArray]], highest: 
     """
     step = max(float(_common([base for base, _, _ in spectra])), highest / FINEST)
     count = int(np.ceil(highest / step)) + 1
-    power, error = np.zeros(2 * count + 1), np.zeros(2 * count + 1)
-    power[count] = 1.0
+    one = np.zeros(2 * count + 1)
+    one[count] = 1.0
+    power, errors, alone = one, list[FloatArray](), list[FloatArray]()
     for base, own, wrong in spectra:
         places = np.rint(np.arange(len(own)) * float(base) / step).astype(int)
         kept = places <= count
-        lines, errors = (np.zeros(2 * count + 1) for _ in range(2))
-        for target, values in ((lines, own), (errors, wrong)):
+        lines, wrong_lines = (np.zeros(2 * count + 1) for _ in range(2))
+        for target, values in ((lines, own), (wrong_lines, wrong)):
             np.add.at(target, count + places[kept], values[kept] ** 2)
             np.add.at(target, count - places[kept][1:], values[kept][1:] ** 2)
-        for _ in range(2):
-            error = _folded(error, lines) + _folded(power, errors)
-            power = _folded(power, lines)
-    return ForceError(step, power[count:], error[count:])
+        twice = _folded(lines, lines)
+        errors = [_folded(error, twice) for error in errors]
+        errors.append(2.0 * _folded(power, _folded(lines, wrong_lines)))
+        power = _folded(power, twice)
+        alone.append(twice)
+    meshes = np.array([(own[count:], error[count:]) for own, error in zip(alone, errors, strict=True)])
+    return ForceError(step, power[count:], meshes[:, 1].sum(axis=0), meshes)
 
 
 def _law_spectrum(
-    harmonics: FloatArray, teeth: int, mesh_error: FloatArray, fidelity: GearFidelity, count: int
+    harmonics: FloatArray, teeth: int, mesh_error: FloatArray, ripple: FloatArray, fidelity: GearFidelity, count: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return harmonics of a body period of `teeth` teeth and their errors, over the mean deflection.
 
-    Both begin at order 0 and hold `count` harmonics or more. `mesh_error` is that of mesh harmonics from the first on.
+    Both begin at order 0 and hold `count` harmonics or more. `mesh_error` is that of mesh harmonics from the first on,
+    over the strongest, `ripple` what layers add to them, over the mean deflection.
     """
     held = len(harmonics)
     own = np.pad(harmonics / harmonics[0], (0, max(count - held, 0)))
@@ -281,6 +321,7 @@ def _law_spectrum(
     image, near = np.arange(held - 2, 0, -1), np.arange(1, held - 1)  # the last one's is the mean
     mirrored = np.zeros(len(own))
     mirrored[near] = np.hypot(own[image] * image**2, own[near] * near**2) / (image + held - 1) ** 2
+    cubic = np.minimum(INTERPOLATED * (0.5 * number / (held - 1)) ** 4, 1.0) * own
     # the blank's own harmonics take from each other, sidebands from their mesh harmonic
     slow = (number < teeth) & (number > 0)
     base = np.where(slow, np.sqrt(own * own[slow].max(initial=0.0)), np.where(side == 0, 0.0, own))
@@ -288,19 +329,56 @@ def _law_spectrum(
     blank = np.hypot(BLANK_ERROR * fidelity.far_pattern_tolerance, coarse) * base
     mesh_number = np.maximum(nearest // teeth, 1)
     largest = LARGEST_ERROR / mesh_number
-    bodies = largest if fidelity.bodies == "analytic" else np.minimum(mesh_error[mesh_number - 1], largest)
+    elements = np.hypot(mesh_error * strongest, ripple)[mesh_number - 1]
+    bodies = largest if fidelity.bodies == "analytic" else np.minimum(elements / max(strongest, 1e-300), largest)
     corner = CORNER_ERROR * (fidelity.corner_gap == 0) / mesh_number
     mesh = np.hypot(bodies, corner) * strongest * share
-    error = np.sqrt(mesh**2 + mirrored**2 + blank**2)
+    error = np.sqrt(mesh**2 + mirrored**2 + cubic**2 + blank**2)
     error[0] = 0.0
     own[held:] = AMPLIFICATION / UNKNOWN * error[held:]
     return own, error
 
 
-def law_error(gear: GearGeometry, fidelity: GearFidelity, harmonic: ArrayLike = 1.0) -> FloatArray:
-    """Return the error of mesh harmonics of a wheel's transmission error, over the strongest one."""
+def _kinks(harmonics: FloatArray, count: int) -> FloatArray:
+    """Return (count,) mesh harmonics over the strongest one times the square of their number: the size of kinks.
+
+    harmonics: (n,) amplitudes of the mesh harmonics, from the first on.
+
+    Each is the largest of its neighbours, as a helical face nearly cancels single ones. Later ones are as the last.
+    """
+    number = np.arange(1.0, len(harmonics) + 1.0)
+    size = harmonics * number**2 / max(float(harmonics.max(initial=0.0)), 1e-300)
+    largest = np.max([np.pad(size, 1)[shift : shift + len(size)] for shift in range(3)], axis=0)
+    return np.pad(largest, (0, max(count - len(largest), 0)), mode="edge") if len(largest) else np.zeros(count)
+
+
+def contact_error(gear: GearGeometry, fidelity: GearFidelity, kinks: FloatArray) -> FloatArray:
+    """Return the errors (n,) of mesh harmonics of a wheel's transmission error by elements and slices.
+
+    kinks: (n,) mesh harmonics from the first on times the square of their number. They and errors are over the
+    strongest harmonic.
+    """
+    harmonic = np.arange(1.0, len(kinks) + 1.0)
+    return _contact_error(*_proportions(gear), fidelity, harmonic, kinks)
+
+
+def _contact_error(
+    width: float, overlap: float, fidelity: GearFidelity, harmonic: FloatArray, kinks: FloatArray | float
+) -> FloatArray:
+    layers = LAYER_ERROR * (width / fidelity.width_layers) ** 4 * np.clip(overlap, STRAIGHT_LAYERS, 1.0)
+    passed = fidelity.width_layers / max(overlap, 1e-9)
+    phase = np.pi * harmonic * max(min(overlap, 1.0), 1e-6) / fidelity.slices  # slices of every axial pitch
+    sum_of_slices = np.where(phase < 0.9 * np.pi, phase / np.sin(phase) - 1.0, np.inf)
+    slices = np.minimum(SLICE_ERROR * sum_of_slices, SLICE_RIPPLE) * kinks / harmonic**2
+    falling = PATTERN_ERROR * fidelity.load_pattern_tolerance, PROFILE_ERROR * (4 / fidelity.profile_elements) ** 2
+    every = layers * np.minimum(1.0, (passed / harmonic) ** 3), slices, np.linalg.norm(falling) / harmonic**2
+    return np.asarray(np.sqrt(sum(part**2 for part in every)))
+
+
+def _proportions(gear: GearGeometry) -> tuple[float, float]:
+    """Return the face width over the module and the overlap ratio b sin β/(π m_n)."""
     overlap = gear.face_width * np.sin(abs(gear.helix_angle)) / (np.pi * gear.normal_module)
-    return relative_law_error(gear.face_width / gear.normal_module, overlap, fidelity, harmonic)
+    return gear.face_width / gear.normal_module, float(overlap)
 
 
 def layer_ripple(gear: GearGeometry, fidelity: GearFidelity, count: int) -> FloatArray:
@@ -309,8 +387,7 @@ def layer_ripple(gear: GearGeometry, fidelity: GearFidelity, count: int) -> Floa
     It lies at the harmonics next to the multiples of the layers under an axial pitch, which a line passes in a mesh
     period.  Wide helical gears have harmonics that are as small.
     """
-    overlap = gear.face_width * np.sin(abs(gear.helix_angle)) / (np.pi * gear.normal_module)
-    layers = fidelity.width_layers / max(overlap, 1e-9)
+    layers = fidelity.width_layers / max(_proportions(gear)[1], 1e-9)
     number, error = np.arange(1.0, count + 1.0), np.zeros(count)
     for ripple in range(1, LAYER_RIPPLES + 1):
         error = np.hypot(error, np.maximum(1.0 - np.abs(number - ripple * layers), 0.0) / ripple)
@@ -318,14 +395,15 @@ def layer_ripple(gear: GearGeometry, fidelity: GearFidelity, count: int) -> Floa
 
 
 def relative_law_error(width: float, overlap: float, fidelity: GearFidelity, harmonic: ArrayLike = 1.0) -> FloatArray:
-    """Return `law_error` of a face width over the module and an overlap ratio b sin β/(π m_n)."""
-    everywhere = (
-        LAYER_ERROR * (width / fidelity.width_layers) ** 4,
-        SLICE_ERROR * (min(overlap, 1.0) / fidelity.slices) ** 2,  # of every axial pitch
-        ANGLE_ERROR * (48 / fidelity.angles_per_mesh) ** 2,
-    )
-    falling = PATTERN_ERROR * fidelity.load_pattern_tolerance, PROFILE_ERROR * (4 / fidelity.profile_elements) ** 2
-    return np.hypot(np.linalg.norm(everywhere), np.linalg.norm(falling) / np.square(harmonic))
+    """Return the errors of mesh harmonics of a transmission error, over the strongest one, before a law is known.
+
+    width: face width over the module.
+    overlap: overlap ratio b sin β/(π m_n).
+
+    The n-th harmonic is taken to be weaker by n², as where lines of contact begin and end.
+    """
+    known = _contact_error(width, overlap, fidelity, np.asarray(harmonic, dtype=float), 1.0)
+    return np.hypot(known, ANGLE_ERROR * (48 / fidelity.angles_per_mesh) ** 2)
 
 
 def _common(orders: Sequence[Fraction]) -> Fraction:

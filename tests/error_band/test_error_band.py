@@ -27,7 +27,7 @@ from nvhchain.error_band import (
     power_band,
     velocity_band,
 )
-from nvhchain.error_band.gears import AMPLIFICATION, law_error
+from nvhchain.error_band.gears import AMPLIFICATION, contact_error
 from nvhchain.error_band.housing import bearing_velocity, shifted
 from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.error_band.resonances import force_change
@@ -149,7 +149,7 @@ def test_forces_are_uncertain_where_the_transmission_error_is_weak_and_open_wher
     excites the second too; nothing is known at a line that nothing excites."""
     made = of(case, DRAFT, housing, meshing, [mesh_law([1e-6, 1e-8])])
     first, weak, none = (made.sources["gear"] / made.pressure)[:, 0]
-    error = AMPLIFICATION * law_error(case.gears[1].geometry, DRAFT.gear)
+    error = AMPLIFICATION * contact_error(case.gears[1].geometry, DRAFT.gear, np.ones(1))[0]
     assert first == pytest.approx(error, rel=0.1)
     assert 5 * error < weak < 100 * error
     assert none == 1.0

@@ -11,16 +11,18 @@ from benchmarks.chain.error_band_cases import far
 from nvhchain.error_band import COVERAGE
 from nvhchain.error_band.gears import (
     AMPLIFICATION,
+    CANCELLED,
     FED_MARGIN,
     LAYER_RIPPLE,
-    SLICE_ERROR,
     UNKNOWN,
     _compliance_ratio,
+    _kinks,
     _table_error,
+    contact_error,
     folded,
     force_error,
-    law_error,
     layer_ripple,
+    relative_law_error,
 )
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 from nvhchain.gear import Flank, MicroGeometry, quasi_static_transmission_error
@@ -72,7 +74,8 @@ def test_sidebands_of_a_resonant_line_err_as_that_line_and_not_as_their_own_tiny
     assert loud[0] < alone[0]
     quiet = np.array([np.sqrt(made.power[49] / made.power[50]), 1.0])
     assert made.relative_of(orders, quiet, 20.0) == pytest.approx(alone)
-    assert made.relative_of(orders, np.array([0.5, 1.0]), 1.0) == pytest.approx(alone)
+    far = made.relative_of(orders, np.array([0.5, 1.0]), 1.0)  # without a line that may feed it
+    assert far == pytest.approx([np.hypot(1.0, floor), alone[1]], rel=1e-5)
 
 
 def test_analytic_gear_bodies_leave_all_of_the_mesh_harmonics_open(case):
@@ -112,33 +115,64 @@ def test_limits_of_forces_count_what_relief_cancels_only_where_a_gear_has_micro_
     assert 2.0 * plain < more < 5.0 * plain + 1e-12
 
 
-def test_slices_err_with_the_square_of_the_overlap_and_spur_gears_not_at_all(case):
+def test_slices_err_as_the_sum_of_equal_slices_differs_from_its_integral_and_spur_gears_not_at_all(case):
     """A sum over S slices in the place of the integral over the face: harmonic n is (π n ε/S)/sin(π n ε/S) of it."""
     wheel = case.gears[1].geometry
     spur, steep = replace(wheel, helix_angle=0.0), replace(wheel, helix_angle=np.radians(25.0))
-    few, many = (replace(REFERENCE.gear, slices=count) for count in (8, 16))
-    rest = law_error(spur, few)
-    assert law_error(spur, many) == rest
-    found = [np.sqrt(law_error(steep, fidelity) ** 2 - rest**2) for fidelity in (few, many)]
-    assert found[0] == pytest.approx(4 * found[1])
-    share = np.pi * 0.016 * np.sin(np.radians(25.0)) / (np.pi * 2.7e-3) / 8
-    assert share / np.sin(share) - 1 < found[0] < 10 * (share / np.sin(share) - 1)
+    exact = replace(REFERENCE.gear, width_layers=200, profile_elements=100, load_pattern_tolerance=1e-9)
+    few, many = (replace(exact, slices=count) for count in (16, 32))
+    number, kinks = np.arange(1.0, 13.0), np.linspace(1.0, 0.2, 12)
+    assert contact_error(spur, few, kinks)[:4] == pytest.approx(0.0, abs=1e-5)
+    share = np.pi * number * 0.016 * np.sin(np.radians(25.0)) / (np.pi * 2.7e-3) / 16
+    assert contact_error(steep, few, kinks) == pytest.approx(
+        1.2 * (share / np.sin(share) - 1) * kinks / number**2, rel=0.02
+    )
+    assert contact_error(steep, few, kinks)[0] == pytest.approx(4 * contact_error(steep, many, kinks)[0], rel=0.05)
     # of a face wider than an axial pitch every pitch is cut into so many
-    flat, wide = (replace(gear, face_width=3 * gear.face_width) for gear in (spur, steep))
-    assert np.hypot(law_error(flat, few), SLICE_ERROR / 8**2) == pytest.approx(law_error(wide, few))
+    wide = replace(steep, face_width=3 * steep.face_width)
+    alone = np.pi / 16 / np.sin(np.pi / 16) - 1
+    assert contact_error(wide, few, kinks)[0] == pytest.approx(1.2 * alone, rel=0.05)
 
 
-def test_load_patterns_and_elements_of_the_profile_err_at_the_first_harmonics_and_layers_at_all(case):
-    """Body and profile move smoothly as teeth roll: their part falls with the square of the harmonic's number."""
+def test_slices_that_come_one_after_the_other_err_by_twice_the_harmonic_that_the_law_itself_has(case):
+    """16 slices of an axial pitch: from the 12th harmonic on the error is no more known than the harmonic."""
+    wide = replace(case.gears[1].geometry, helix_angle=np.radians(25.0), face_width=0.05)
+    fidelity = replace(REFERENCE.gear, slices=16, width_layers=200)
+    error = contact_error(wide, fidelity, np.ones(30)) * np.arange(1, 31) ** 2
+    assert error[12:] == pytest.approx(2.0, rel=0.01)
+    assert error[5] < 0.4
+
+
+def test_kinks_of_a_transmission_error_are_those_of_the_larger_neighbour():
+    """Amplitudes that fall with n² have kinks of one size; a harmonic that the face cancels has its neighbours'."""
+    even = 1.0 / np.arange(1, 9) ** 2
+    even[4] = 0.0
+    assert _kinks(even, 10) == pytest.approx(np.ones(10))
+    assert _kinks(np.zeros(0), 3) == pytest.approx(np.zeros(3))
+    assert _kinks(np.array([1.0, 0.5, 0.0, 0.0, 0.0]), 5) == pytest.approx([2.0, 2.0, 2.0, 0.0, 0.0])
+
+
+def test_load_patterns_and_elements_of_the_profile_err_at_the_first_harmonics_and_layers_up_to_their_number(case):
+    """Body and profile move smoothly as teeth roll: their part falls with the square of the harmonic's number. That of
+    layers stays up to the number of layers that a contact line passes in a mesh period, and falls with its cube."""
     wheel = case.gears[1].geometry
     finer = replace(DRAFT.gear, load_pattern_tolerance=3e-4, profile_elements=40)
-    first, second, far = law_error(wheel, DRAFT.gear, [1, 2, 1000]) ** 2 - law_error(wheel, finer, [1, 2, 1000]) ** 2
+    coarse, fine = (relative_law_error(5.9, 0.3, knobs, [1, 2, 1000]) ** 2 for knobs in (DRAFT.gear, finer))
+    first, second, far = coarse - fine
     assert first == pytest.approx(0.99 * (0.7 * 3e-3) ** 2 + 0.9999 * 2.5e-3**2)
     assert second == pytest.approx(first / 16)
     assert abs(far) < 1e-9 * first
-    few, many = (law_error(wheel, replace(finer, width_layers=count), [1, 8]) ** 2 for count in (4, 8))
-    layers = 5e-4 * (wheel.face_width / wheel.normal_module / 4) ** 4
-    assert few - many == pytest.approx((1 - 1 / 256) * layers**2)
+    width, overlap = wheel.face_width / wheel.normal_module, 0.4
+    few, many = (
+        relative_law_error(width, overlap, replace(finer, width_layers=count), [1, 8, 20]) ** 2 for count in (4, 8)
+    )
+    layers = 5e-4 * (width / 4) ** 4 * overlap
+    assert (few - many)[:2] == pytest.approx((1 - 1 / 256) * layers**2)
+    assert (few - many)[2] == pytest.approx(layers**2 * 0.5**6 - layers**2 / 256)
+    straight, steep = (
+        relative_law_error(width, overlap, replace(finer, width_layers=2, angles_per_mesh=10_000)) for overlap in (0, 1)
+    )
+    assert straight == pytest.approx(0.25 * steep, rel=0.05)
 
 
 def test_a_contact_line_rises_and_falls_with_the_layers_that_it_passes(case, monkeypatch):
@@ -189,7 +223,8 @@ def test_every_second_angle_of_a_law_tells_what_its_angles_leave_open(case):
 
 def test_harmonics_beyond_half_the_angles_of_a_law_are_unknown_and_those_it_holds_as_well_known_as_before(case):
     """Of 64 angles: 24.6 dB too quiet, and no more, though nothing else excites the 36th but products of small ones."""
-    laws, orders = [mesh_law([1e-6, 1e-7])], np.array([20.0, 40.0, 640.0, 700.0, 720.0])
+    laws = [mesh_law([1e-6 / n**2 for n in range(1, 32)])]
+    orders = np.array([20.0, 40.0, 640.0, 700.0, 720.0])
     wide, narrow = (force_error(case, laws, REFERENCE.gear, top).relative(orders) for top in (740.0, 640.0))
     assert wide[:2] == pytest.approx(narrow[:2], rel=1e-3)
     assert wide[3:] == pytest.approx(UNKNOWN, rel=0.02)
@@ -242,3 +277,19 @@ def test_errors_of_wide_steps_of_the_deflection_are_those_against_narrow_ones(ca
         force_error(case, [errors(count)[2]], REFERENCE.gear, 40.0).relative(np.array([20.0]))[0] for count in (12, 400)
     )
     assert wide > 1.2 * narrow
+
+
+def test_an_error_of_one_mesh_makes_the_force_that_this_mesh_makes_where_another_one_is_louder():
+    """Two meshes of which the second makes ten times the force of the same deflection: its error at a line that the
+    first one makes is ten times as large as the first one's gain tells."""
+    first, second = np.zeros(6), np.zeros(11)
+    first[[0, 1, 5]], second[[0, 1, 10]] = (1.0, 1e-3, 1e-4), (1.0, 1e-3, 1e-9)
+    wrong = np.zeros(11)
+    wrong[10] = 1e-6
+    made = folded([(Fraction(20), first, 1e-3 * first), (Fraction(10), second, wrong)], 100.0)
+    orders = np.array([10.0, 20.0, 90.0, 100.0, 110.0])
+    forces = np.array([10.0, 1.0, 0.0, 0.1, 0.0])
+    found = made.relative_of(orders, forces, 100.0)[3]
+    gain = np.sqrt((forces[[0]] ** 2).sum() / made.meshes[1, 0][1])
+    assert found == pytest.approx(CANCELLED * AMPLIFICATION * gain * np.sqrt(made.meshes[1, 1][10]) / 0.1, rel=0.05)
+    assert found > 2.5 * made.relative(orders)[3]

@@ -81,7 +81,7 @@ def test_silence_with_an_error_is_as_loud_as_that_at_most():
 @pytest.mark.parametrize("relative", [0.05, 0.2, 0.4])
 def test_overall_limits_hold_errors_that_go_the_same_way_at_all_lines(relative):
     frequency, pressure = np.array([900.0, 1000.0, 1100.0]), np.array([[1.0], [0.3], [0.6]])
-    band = ErrorBand(frequency, pressure, {"gear": relative / 2 * pressure})
+    band = ErrorBand(frequency, pressure, {"masters": relative / 2 * pressure})
     low, high = (overall(frequency, (1 + way * relative) * pressure.astype(complex))[0] for way in (-1, 1))
     assert band.overall[0] == pytest.approx([low, high], abs=1e-9)
 
@@ -89,10 +89,20 @@ def test_overall_limits_hold_errors_that_go_the_same_way_at_all_lines(relative):
 def test_overall_limits_hold_errors_of_one_sign_that_differ_from_line_to_line():
     frequency, pressure = np.array([900.0, 1000.0, 1100.0]), np.array([[1.0], [0.3], [0.6]])
     error = np.array([[0.1], [0.2], [0.3]])
-    band = ErrorBand(frequency, pressure, {"gear": error / COVERAGE})
+    band = ErrorBand(frequency, pressure, {"masters": error / COVERAGE})
     low, high = (overall(frequency, (pressure + way * error).astype(complex))[0] for way in (-1, 1))
     assert low - 1.0 < band.overall[0, 0] <= low
     assert band.overall[0, 1] == pytest.approx(high, abs=1e-9)
+
+
+def test_errors_by_gears_change_sign_from_harmonic_to_harmonic_and_a_quarter_of_their_squares_adds_up():
+    """Two lines of equal weight off by 1 % each: √(0.75 · 2 + 0.25 · 4) % of half of the energy, 1 % with one sign."""
+    frequency, size = np.array([500.0, 1000.0]), np.ones((2, 1))
+    gears, masters = (ErrorBand(frequency, size, {name: 0.01 * size}, weighted=False) for name in ("gear", "masters"))
+    fall = [1.0 - 10 ** ((band.overall[0, 0] - band.level[0]) / 20) for band in (gears, masters)]
+    assert fall == pytest.approx([COVERAGE * 0.01 * 2.5**0.5 / 2, COVERAGE * 0.01])
+    single = ErrorBand(frequency[:1], size[:1], {"gear": 0.01 * size[:1]}, weighted=False)
+    assert 1.0 - 10 ** ((single.overall[0, 0] - single.level[0]) / 20) == pytest.approx(COVERAGE * 0.01)
 
 
 def test_parts_of_the_overall_limits_add_up_and_name_the_line_that_each_widens_most():

@@ -182,7 +182,7 @@ def test_mean_lines_of_a_run_up_have_its_level_and_the_errors_of_their_parts():
 def offsets(lines, sources, turns, order, place):
     """Offsets of an order in a run-up of four parts with the same lines; the second microphone is twice as loud."""
     size = np.ones((len(lines), 1)) * np.array([1.0, 2.0])
-    bands = tuple(ErrorBand(lines, size, {"gear": sources * size}, weighted=False) for _ in range(4))
+    bands = tuple(ErrorBand(lines, size, {"masters": sources * size}, weighted=False) for _ in range(4))
     level = np.array([band.level for band in bands])
     made = RunUpBand(np.ones(4), level, np.stack([level, level], axis=2), bands)
     speed = 2 * np.pi * np.array(turns, dtype=float)

@@ -280,23 +280,31 @@ def test_only_the_very_case_that_was_swept_goes_without_the_margin(case, sweep, 
     assert not planner.is_swept([case], sweep)
 
 
-def test_layers_over_the_width_of_wider_gears_err_with_the_fourth_power_of_their_thickness(case, two_stages):
+def test_layers_over_the_width_of_wider_gears_err_with_the_fourth_power_of_their_thickness_and_the_overlap(
+    case, two_stages
+):
     layers = replace(REFERENCE, gear=replace(REFERENCE.gear, width_layers=4))
     swept = extent(case)
     widths = [16 / 2.7, extent(two_stages)["width"][1]]
     assert swept["width"] == pytest.approx(widths[:1])
     assert growth(layers, REFERENCE, [case], swept) == 1.0
-    assert growth(layers, REFERENCE, [case, two_stages], swept) == pytest.approx((widths[1] / widths[0]) ** 4)
+    overlap = extent(two_stages)["overlap"][1] / swept["overlap"][0]
+    assert growth(layers, REFERENCE, [case, two_stages], swept) == pytest.approx(overlap * (widths[1] / widths[0]) ** 4)
     assert growth(layers, REFERENCE, [two_stages], None) == 1.0
 
 
-def test_slices_of_faces_that_overlap_more_err_with_the_square_of_the_overlap(case, two_stages):
+def test_slices_of_faces_that_overlap_more_err_as_their_sum_differs_from_the_integral(case, two_stages):
     """b sin β/(π m): 0.33 of the swept stage, 0.82 of the second one; the base's own slices count on both sides."""
+
+    def added(overlap):
+        few, many = (np.pi * overlap / count for count in (8, REFERENCE.gear.slices))
+        return np.sqrt((few / np.sin(few) - 1) ** 2 - (many / np.sin(many) - 1) ** 2)
+
     slices = replace(REFERENCE, gear=replace(REFERENCE.gear, slices=8))
     swept = extent(case)
     overlaps = [16e-3 * np.sin(np.radians(10.0)) / (np.pi * 2.7e-3), extent(two_stages)["overlap"][1]]
     assert swept["overlap"] == pytest.approx(overlaps[:1])
-    assert growth(slices, REFERENCE, [two_stages], swept) == pytest.approx((overlaps[1] / overlaps[0]) ** 2)
+    assert growth(slices, REFERENCE, [two_stages], swept) == pytest.approx(added(overlaps[1]) / added(overlaps[0]))
 
 
 def test_a_sweep_that_does_not_tell_what_errors_grow_with_is_refused(case, two_stages):
@@ -346,9 +354,9 @@ def test_wide_gears_do_not_get_the_layers_that_narrow_ones_get(two_stages, sweep
     assert "gear.width_layers" not in cheapest(two_stages, tolerance, wide).settings
 
 
-@pytest.mark.parametrize(("rpm", "tolerance", "layers"), [(1137, 1.5, "6"), (600, 2.0, "8")])
+@pytest.mark.parametrize(("rpm", "tolerance", "layers"), [(1137, 1.5, "6"), (1137, 2.0, "4")])
 def test_layers_are_not_taken_whose_error_band_grows_by_more_than_the_tolerance(case, sweep, rpm, tolerance, layers):
-    """Measured to cost nothing, 4 layers leave the 10th harmonic 9.0 dB open, and 6 the 20th 5.9 dB."""
+    """Measured to cost nothing, 4 layers leave the 10th harmonic 2.1 dB open, 6 leave 0.5 dB, 12 leave 0.3 dB."""
     rows = [one for one in sweep.measurements if one.knob != "gear.width_layers"]
     saved = {"4": 10.0, "6": 20.0, "8": 30.0}
     rows[1:1] = [row("gear.width_layers", value, 0.0, 0.0, mesh_law_stage=left) for value, left in saved.items()]
@@ -369,14 +377,14 @@ def test_layers_are_not_taken_whose_error_band_grows_by_more_than_the_tolerance(
 
 
 def test_harmonics_of_which_the_base_knows_less_than_the_tolerance_bind_nothing(two_stages, sweep):
-    """The tenth of the second stage, whose gears are wide, is 4.5 dB open at `reference`."""
-    assert open_below(REFERENCE, two_stages) == pytest.approx([0.28, 4.49], abs=0.01)
+    """The tenth of the second stage, whose gears are wide, is 2.8 dB open at `reference`."""
+    assert open_below(REFERENCE, two_stages) == pytest.approx([0.15, 2.83], abs=0.01)
     at_draft = open_below(DRAFT, two_stages)
-    assert at_draft[0] == pytest.approx(1.61, abs=0.01)
+    assert at_draft[0] == pytest.approx(0.81, abs=0.01)
     assert at_draft[1] == np.inf
     rows = [row("gear.width_layers", "6", 0.0, 0.0, mesh_law_stage=15.0)]
     free = replace(sweep, measurements=(sweep.measurements[0], *rows, *sweep.measurements[3:]))
-    assert cheapest(two_stages, 3.0, free).settings["gear.width_layers"] == "6"
+    assert cheapest(two_stages, 2.5, free).settings["gear.width_layers"] == "6"
     assert "gear.width_layers" not in cheapest(two_stages, 5.0, free).settings  # 6 layers know nothing of that harmonic
 
 

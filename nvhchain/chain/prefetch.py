@@ -30,7 +30,7 @@ from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.result_cache import AheadWatcher, ResultCache, Unwatched, Watcher, fingerprint
 from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
-from nvhchain.runtime.threads import blas_threads, cores
+from nvhchain.runtime.threads import blas_threads, cores, granted
 from nvhchain.scene import Scene, decided, planned_steps, preflight
 from nvhchain.scene.planned import PlannedStep
 from nvhchain.scene.steps import HOUSING, MESH_LAWS, TRANSFER_VECTORS
@@ -100,7 +100,7 @@ def operators_ahead(
             steps.compile_kernels(run.gearbox, fidelity)
             with concerning(run.case.name):  # while the other process is at the mesh laws
                 steps.transfer_vectors_ahead(run)
-        with blas_threads(1):
+        with blas_threads(1), granted(1):
             for number, stage in reversed(laws):
                 with concerning(runs[number].case.name):
                     steps.mesh_law(runs[number], stage)

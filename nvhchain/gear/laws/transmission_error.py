@@ -6,7 +6,8 @@ TE = r_bG θ_G − r_bP θ_P = −δ/cos β_b.  The functions return δ/cos β_b
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from math import ceil, inf, isfinite
@@ -23,6 +24,7 @@ from nvhchain.gear.contact.slice_forces import contact_half_width
 from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw
 from nvhchain.kinds import checked
+from nvhchain.runtime.threads import threads
 
 _ANGLE_BLOCK = 48
 """Least number of angles per job of an executor; they take about a second."""
@@ -221,16 +223,18 @@ def compute_blocks(
 ) -> FloatArray:
     """Return `work(engagement, angles, *fixed)` on all `angle_blocks`, stacked along axis 0.
 
-    executor: runs the blocks.  progress: called with (blocks done, blocks in all).
+    executor: runs the blocks; by default threads of this process, as the compiled contact holds no lock.
+    progress: called with (blocks done, blocks in all).
     """
-    # a block is sent without the teeth that its angles do not reach
+    arguments = [[argument] * len(blocks) for argument in fixed]
+    # a block is sent to another process without the teeth that its angles do not reach
     tasks = [engagement.select_angles(block) if executor else engagement for block in blocks]
-    arguments = ([argument] * len(blocks) for argument in fixed)
     found: list[FloatArray] = []
-    for rows in (executor.map if executor else map)(work, tasks, blocks, *arguments):
-        found.append(rows)
-        if progress:
-            progress(len(found), len(blocks))
+    with nullcontext(executor) if executor else ThreadPoolExecutor(threads()) as workers:
+        for rows in workers.map(work, tasks, blocks, *arguments):
+            found.append(rows)
+            if progress:
+                progress(len(found), len(blocks))
     return np.concatenate(found)
 
 

@@ -173,6 +173,7 @@ def _laws_ahead(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Pat
     """Return the mesh laws to compute, the longest first; none where a second process saves no time, or lacks memory.
 
     The other process takes all laws, this one the housings and all laws but the longest: the shorter work is saved.
+    Where laws alone are missing and one of them is longer than all others, threads of this process save more.
     """
     laws, others, found = dict[_Law, PlannedStep](), list[PlannedStep](), set[str]()
     for number, case in enumerate(cases):
@@ -187,6 +188,8 @@ def _laws_ahead(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Pat
                 laws[number, stage] = planned[result]
                 found.add(inputs)
     ordered = sorted(laws, key=lambda law: -laws[law].seconds)
+    if not laws or (not others and 2.0 * laws[ordered[0]].seconds > sum(one.seconds for one in laws.values())):
+        return []  # threads share the longest law, processes cannot
     here = [*(laws[law] for law in ordered[1:]), *others]
     seconds = min(
         sum(one.seconds for one in laws.values()), sum(one.seconds for one in here if one.step is not TRANSFER_VECTORS)

@@ -55,7 +55,10 @@ def test_laws_are_numbered_by_stages_the_longest_first_and_common_ones_once(requ
     assert ahead._laws_ahead([solid, slotted], nvh.DRAFT, tmp_path) == [(0, 1), (1, 0), (0, 0)]
     there = {"housing", "transfer_vectors"}
     monkeypatch.setattr(ahead, "cached_results", lambda case, **_: there)
+    assert ahead._laws_ahead([solid], nvh.DRAFT, tmp_path) == []  # threads share the longest law
+    there.discard("housing")
     assert ahead._laws_ahead([solid], nvh.DRAFT, tmp_path) == [(0, 1), (0, 0)]
+    there.add("housing")
     there.add("mesh_law_stage2")
     assert ahead._laws_ahead([slotted, replace(slotted, name="twin")], nvh.DRAFT, tmp_path) == []
 

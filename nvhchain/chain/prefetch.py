@@ -2,7 +2,7 @@
 
 This module is the separate process (`python -m`). It computes the mesh laws, the longest first. This process computes
 housings and transfer vectors, and then laws, the shortest first, until both meet. Laws and housings are independent,
-and a second thread speeds up neither much.
+and a second thread speeds up their finite elements little.
 """
 
 from __future__ import annotations
@@ -75,8 +75,8 @@ def operators_ahead(
     watcher: receives the progress of what is computed in this process.
 
     A law that the other process has begun is waited for. If that process fails, this one computes its laws. Nothing is
-    done in advance with one core, or where too little work is left, or memory, for two processes. The same holds for
-    options whose laws need more than the gears.
+    done in advance with one core, where too little work is left, or memory, for two processes, or where threads of this
+    process save more. The same holds for options whose laws need more than the gears.
     """
     cases = [decided(case, fidelity) for case in cases]
     gearboxes = [case for case in cases if isinstance(case, GearboxCase) and _laws_need_gears_alone(case)]

@@ -22,7 +22,7 @@ from nvhchain.error_band import ErrorBand, difference_limits, shared_inputs, sha
 from nvhchain.errors import AccuracyWarning, InputError, SolverError, concerning, require
 from nvhchain.handoff import FieldPressure, FloatArray
 from nvhchain.kinds import checked
-from nvhchain.runtime.threads import blas_threads, cores
+from nvhchain.runtime.threads import blas_threads, cores, granted
 
 FAINT = 1e-3
 """A-weighted force of a line, relative to the strongest, below which it is not heard: it changes levels by 0.01 dB."""
@@ -171,9 +171,9 @@ def steady_map(
             operation = replace(operation, input_torque=float(torque[i]))
         try:
             options = case.options if operation.input_torque > 0.0 else replace(case.options, **unloaded)
-            return _heard(
-                replace(case, operation=operation, options=options, quantities=("bearing_forces",)), result, operators
-            )
+            there = replace(case, operation=operation, options=options, quantities=("bearing_forces",))
+            with granted(1):
+                return _heard(there, result, operators)
         except (InputError, SolverError) as error:
             return f"{speed[j] * 30 / np.pi:.0f} rpm, {torque[i]:g} N m: {error}"
 

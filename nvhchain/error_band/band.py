@@ -26,15 +26,12 @@ SILENT_LEVEL = -1000.0
 ONE_SIGN = {"housing": 0.0, "gear": 0.25}
 """Source of error → share of its squares that has one sign at all lines and adds up over them; 1 for other sources.
 
-Errors by the housing change sign at a resonance. Those by gears do so from harmonic to harmonic: the sums of errors of
-bearing forces over the lines are at most a third of what they were with one sign (docs/measured/chain/error_band.md).
+Errors by the housing change sign at a resonance, those by gears from harmonic to harmonic. With a quarter, sums of
+errors of bearing forces over the lines reach 0.55 of their limits (benchmarks/chain/error_band.py).
 """
 
-
-def squared_sum(changes: FloatArray, source: str) -> FloatArray:
-    """Return the square (n_place,) of the change that the changes (n_f, n_place) of the lines by a source make up."""
-    share = ONE_SIGN.get(source, 1.0)
-    return np.asarray((1.0 - share) * (changes**2).sum(axis=0) + share * np.abs(changes).sum(axis=0) ** 2)
+ONE_CAUSE = {"housing": 0.0}
+"""The same where one cause puts all harmonics off, or one tone is spread over lines."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +54,8 @@ class ErrorBand:
         Error downwards of sources that may lower an amplitude by more or less than they may raise it.
     moved : (n_way, n_place) array, optional
         Overall energies with natural frequencies moved within their errors, over that of the amplitudes.
+    one_sign : mapping of str to float
+        Source → share of its squares that has one sign at all lines, as in `ONE_SIGN`.
     """
 
     frequency: FloatArray
@@ -66,6 +65,7 @@ class ErrorBand:
     weighted: bool = True
     falls: Mapping[str, FloatArray] = field(default_factory=dict)
     moved: FloatArray | None = None
+    one_sign: Mapping[str, float] = field(default_factory=lambda: ONE_SIGN)
 
     def __repr__(self) -> str:
         lines, places = np.shape(self.amplitude)
@@ -172,8 +172,13 @@ class ErrorBand:
         found = {}
         for name, source in sources.items():
             parts = self.weight * (self.amplitude / self._unit) * (source / self._unit)
-            found[name] = squared_sum(parts, name)
+            found[name] = self.squared_sum(parts, name)
         return found
+
+    def squared_sum(self, changes: FloatArray, source: str) -> FloatArray:
+        """Return the square (n_place,) of the change that changes (n_f, n_place) of the lines by a source make up."""
+        share = self.one_sign.get(source, 1.0)
+        return np.asarray((1.0 - share) * (changes**2).sum(axis=0) + share * np.abs(changes).sum(axis=0) ** 2)
 
     @property
     def overall(self) -> FloatArray:

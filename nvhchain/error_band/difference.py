@@ -9,7 +9,7 @@ from math import erf, sqrt
 import numpy as np
 
 from nvhchain.case import Case, GearboxCase
-from nvhchain.error_band.band import COVERAGE, SILENT_LEVEL, ErrorBand, squared_sum
+from nvhchain.error_band.band import COVERAGE, SILENT_LEVEL, ErrorBand
 from nvhchain.errors import require
 from nvhchain.files.result_cache import fingerprint
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing, TransferVectors
@@ -34,11 +34,11 @@ def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[st
     Returns (n_place, 2): limits in dB; −inf and inf where an error exceeds the sound.
 
     A line l has the share a_l of the first energy and b_l of the second. A shared relative error ε_l changes the
-    difference by 20 lg(e) (b_l − a_l) ε_l. Changes of the lines of a source add up; those of `housing` add in
-    quadrature, as in `ErrorBand.overall`, where bands do not know both levels with the same moved natural frequencies.
-    Other sources change both levels independently. Sources add in quadrature,
-    times `COVERAGE`. An error may lower a level by more than it may raise it: the difference is least where the second
-    level falls and the first one rises. These two changes and that of all shared errors add in quadrature, in dB.
+    difference by 20 lg(e) (b_l − a_l) ε_l. Changes of the lines of a source add up as in `ErrorBand.overall`, those of
+    `housing` where bands do not know both levels with the same moved natural frequencies. Other sources change both
+    levels independently. Sources add in quadrature, times `COVERAGE`. An error may lower a level by more than it may
+    raise it: the difference is least where the second level falls and the first one rises. These two changes and that
+    of all shared errors add in quadrature, in dB.
     """
     require(
         first.amplitude.shape[1] == second.amplitude.shape[1],
@@ -57,8 +57,8 @@ def difference_limits(first: ErrorBand, second: ErrorBand, shared: Collection[st
         if name in fixed:
             continue
         before, after = _energy_changes(first, name, lines), _energy_changes(second, name, lines)
-        common = squared_sum(after - before, name)
-        if name in shared and bool(np.all(common <= squared_sum(before, name) + squared_sum(after, name))):
+        common = first.squared_sum(after - before, name)
+        if name in shared and bool(np.all(common <= first.squared_sum(before, name) + first.squared_sum(after, name))):
             shift += common
             fixed.append(name)
     (fall, rise), (falling, rising) = (_sides(_drop_sources(band, fixed)) for band in (first, second))

@@ -53,8 +53,12 @@ ANGLE_ERROR = 1e-3
 It falls with the second power. Measured: 1e-4 on smooth helical gears, 2e-3 where teeth come into contact at once.
 """
 
-INTERPOLATED = 17.0
-"""Relative error of harmonic n by the local cubic between N angles, over (n/N)⁴; measured on sines."""
+INTERPOLATED, INTERPOLATED_KINKS = 17.0, 5e-5
+"""INTERPOLATED: relative error of harmonic n by the local cubic between N angles, over (n/N)⁴; measured on sines.
+
+INTERPOLATED_KINKS: error of all mesh harmonics over the strongest one by kinks between 64 angles; it falls with their
+square. Measured on helical gears: 2e-5 to 1e-4.
+"""
 
 PATTERN_ERROR, PROFILE_ERROR = 0.7, 2.5e-3
 """Errors of the first mesh harmonic over the strongest one; they fall with the square of its number.
@@ -155,8 +159,9 @@ class ForceError:
         """Return `relative` (n,) of forces (n,) at `orders`, from the gains of forces over excitations around them.
 
         Meshes differ in deflection and stiffness. Each has its own gain G, that of the nearest known lines that it
-        makes alone, in the mean over `reach` orders. Its error e_j at line j is an error G e_j of the force. That
-        counts at least by `CANCELLED`, where paths cancel, and at most by `FED_MARGIN`.
+        makes alone, in the mean over `reach` orders. A mesh without such lines has the largest gain of the others. Its
+        error e_j at line j is an error G e_j of the force. That counts at least by `CANCELLED`, where paths cancel.
+        Where the error exceeds `FED`, it counts at most by `FED_MARGIN`.
 
         A mesh also multiplies its motion by its varying stiffness. At a resonance of the gears the sidebands j of a
         loud line k are therefore louder than their own excitation accounts for. This part has the relative errors of
@@ -167,27 +172,35 @@ class ForceError:
         known = seen & (error < FED) & (force > 0)
         first = np.searchsorted(orders, orders - reach)
         last = np.searchsorted(orders, orders + reach, side="right")
-        made = np.zeros(len(orders))
+        parts, gains = list[FloatArray](), list[FloatArray]()
         for power, wrong in self.meshes:
             alone, own, _ = replace(self, power=power, error=wrong)._neighbourhood(orders, 0.0)
             chosen = known & (alone > ALONE * there)
             sums = (np.concatenate([[0.0], np.cumsum(np.where(chosen, values, 0.0))]) for values in (force**2, there))
             forces, excitations = (total[last] - total[first] for total in sums)
             found = np.flatnonzero(excitations > 0)
-            if not len(found):
-                return error
-            nearest = found[np.searchsorted(0.5 * (orders[found][1:] + orders[found][:-1]), orders)]
-            made += own * (forces[nearest] / excitations[nearest])
+            if len(found):
+                nearest = found[np.searchsorted(0.5 * (orders[found][1:] + orders[found][:-1]), orders)]
+                gains.append(forces[nearest] / excitations[nearest])
+            parts.append(own)
+            if len(gains) < len(parts):
+                gains.append(np.zeros(len(orders)))
+        largest = np.max(gains, axis=0)
+        made = sum(
+            (own * np.where(gain > 0, gain, largest) for own, gain in zip(parts, gains, strict=True)), 0.0 * largest
+        )
         made = AMPLIFICATION * np.sqrt(made) / np.where(force > 0, force, np.inf)
-        error = np.where(seen, np.maximum(error, CANCELLED * made), error)
-        for line in np.flatnonzero((error >= FED) & (made > 0)):
-            near = known & (np.abs(orders - orders[line]) <= reach)
+        stated = np.where(seen, np.maximum(error, CANCELLED * made), error)
+        limited = stated.copy()
+        feeding = known & (stated < FED)
+        for line in np.flatnonzero((stated >= FED) & (made > 0)):
+            near = feeding & (np.abs(orders - orders[line]) <= reach)
             fed = 1.0
             if near.any():
                 feeder = int(np.argmax(np.where(near, force, 0.0)))
-                fed = np.hypot(error[feeder], self.relative(np.abs(orders[[line]] - orders[feeder]))[0])
-            error[line] = min(error[line], float(np.hypot(FED_MARGIN * made[line], fed)))
-        return error
+                fed = np.hypot(stated[feeder], self.relative(np.abs(orders[[line]] - orders[feeder]))[0])
+            limited[line] = min(stated[line], float(np.hypot(FED_MARGIN * made[line], fed)))
+        return limited
 
     def _neighbourhood(
         self, orders: FloatArray, width: FloatArray | float
@@ -206,7 +219,7 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
     """Return the excitation of the bearing forces up to the order `highest`, and its error.
 
     Every mesh multiplies motion through it by 1 + E(θ)/E₀, twice, as force and as stiffness: spectra are convolved.
-    Harmonics beyond those in the tables of the laws have the error `UNKNOWN`.
+    Harmonics beyond half of the angles per mesh have the error `UNKNOWN`.
     """
     gears = {gear.name: gear for gear in case.gears}
     spectra = []
@@ -218,9 +231,11 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
         held = min(len(deflection), teeth * fidelity.angles_per_mesh) // 2 + 1  # a finer law may stand for it
         harmonics = (np.abs(np.fft.rfft(deflection)) / len(deflection))[:held]
         count = min(int(highest / base) + 1, FINEST)
-        error = contact_error(wheel.geometry, fidelity, _kinks(harmonics[teeth::teeth], count // teeth + 2))
+        meshing = harmonics[teeth::teeth]
         if any(gear.geometry.micro != MicroGeometry() for gear in (pinion, wheel)):
-            error *= _compliance_ratio(law, force, harmonics, teeth)
+            meshing = np.maximum(meshing, _compliance_harmonics(law, force)[teeth:held:teeth])
+        error = contact_error(wheel.geometry, fidelity, _kinks(meshing, max(held, count) // teeth + 2))
+        error *= meshing.max(initial=0.0) / max(harmonics[teeth::teeth].max(initial=0.0), 1e-300)
         ripple = layer_ripple(wheel.geometry, fidelity, len(error))
         own, wrong = _law_spectrum(harmonics, teeth, error, ripple, fidelity, count)
         table = _table_error(law, force, deflection, teeth)[:held] / harmonics[0]
@@ -229,18 +244,14 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
     return folded(spectra, highest)
 
 
-def _compliance_ratio(law: MeshLaw, force: float, harmonics: FloatArray, teeth: int) -> float:
-    """Return the strongest mesh harmonic of the compliance over that of the transmission error, 1 or more.
+def _compliance_harmonics(law: MeshLaw, force: float) -> FloatArray:
+    """Return the harmonics of the part of the transmission error that the compliance makes, F ∂E/∂F (m).
 
-    harmonics: those of the transmission error.
-
-    Micro-geometry cancels a part of the transmission error that the compliance makes, F ∂E/∂F. Errors of finite
-    elements and contact are errors of the compliance, and remain.
+    Micro-geometry cancels a part of them in the transmission error. Errors of finite elements and contact are errors of
+    the compliance, and remain.
     """
     more, less = (quasi_static_transmission_error(law, share * force)[1] for share in (1.0 + APART, 1.0 - APART))
-    made = np.abs(np.fft.rfft(more - less)) / (2.0 * APART * len(more))
-    strongest = harmonics[teeth::teeth].max(initial=0.0)
-    return max(1.0, float(made[teeth::teeth].max(initial=0.0) / strongest)) if strongest > 0 else 1.0
+    return np.asarray(np.abs(np.fft.rfft(more - less)) / (2.0 * APART * len(more)))
 
 
 def _table_error(law: MeshLaw, force: float, deflection: FloatArray, teeth: int) -> FloatArray:
@@ -321,7 +332,7 @@ def _law_spectrum(
     image, near = np.arange(held - 2, 0, -1), np.arange(1, held - 1)  # the last one's is the mean
     mirrored = np.zeros(len(own))
     mirrored[near] = np.hypot(own[image] * image**2, own[near] * near**2) / (image + held - 1) ** 2
-    cubic = np.minimum(INTERPOLATED * (0.5 * number / (held - 1)) ** 4, 1.0) * own
+    cubic = np.minimum(INTERPOLATED * (0.5 * number / max(held - 1, 1)) ** 4, 1.0) * own
     # the blank's own harmonics take from each other, sidebands from their mesh harmonic
     slow = (number < teeth) & (number > 0)
     base = np.where(slow, np.sqrt(own * own[slow].max(initial=0.0)), np.where(side == 0, 0.0, own))
@@ -329,10 +340,10 @@ def _law_spectrum(
     blank = np.hypot(BLANK_ERROR * fidelity.far_pattern_tolerance, coarse) * base
     mesh_number = np.maximum(nearest // teeth, 1)
     largest = LARGEST_ERROR / mesh_number
-    elements = np.hypot(mesh_error * strongest, ripple)[mesh_number - 1]
-    bodies = largest if fidelity.bodies == "analytic" else np.minimum(elements / max(strongest, 1e-300), largest)
+    bodies = largest if fidelity.bodies == "analytic" else np.minimum(mesh_error[mesh_number - 1], largest)
+    layers = ripple[mesh_number - 1] * (fidelity.bodies == "elements")
     corner = CORNER_ERROR * (fidelity.corner_gap == 0) / mesh_number
-    mesh = np.hypot(bodies, corner) * strongest * share
+    mesh = np.hypot(np.hypot(bodies, corner) * strongest, layers) * share
     error = np.sqrt(mesh**2 + mirrored**2 + cubic**2 + blank**2)
     error[0] = 0.0
     own[held:] = AMPLIFICATION / UNKNOWN * error[held:]
@@ -344,7 +355,8 @@ def _kinks(harmonics: FloatArray, count: int) -> FloatArray:
 
     harmonics: (n,) amplitudes of the mesh harmonics, from the first on.
 
-    Each is the largest of its neighbours, as a helical face nearly cancels single ones. Later ones are as the last.
+    Each is the largest of itself and its neighbours, as a helical face nearly cancels single ones. Later ones are as
+    the last.
     """
     number = np.arange(1.0, len(harmonics) + 1.0)
     size = harmonics * number**2 / max(float(harmonics.max(initial=0.0)), 1e-300)
@@ -353,7 +365,7 @@ def _kinks(harmonics: FloatArray, count: int) -> FloatArray:
 
 
 def contact_error(gear: GearGeometry, fidelity: GearFidelity, kinks: FloatArray) -> FloatArray:
-    """Return the errors (n,) of mesh harmonics of a wheel's transmission error by elements and slices.
+    """Return the errors (n,) of mesh harmonics of a wheel's transmission error by elements, slices and angles.
 
     kinks: (n,) mesh harmonics from the first on times the square of their number. They and errors are over the
     strongest harmonic.
@@ -371,7 +383,12 @@ def _contact_error(
     sum_of_slices = np.where(phase < 0.9 * np.pi, phase / np.sin(phase) - 1.0, np.inf)
     slices = np.minimum(SLICE_ERROR * sum_of_slices, SLICE_RIPPLE) * kinks / harmonic**2
     falling = PATTERN_ERROR * fidelity.load_pattern_tolerance, PROFILE_ERROR * (4 / fidelity.profile_elements) ** 2
-    every = layers * np.minimum(1.0, (passed / harmonic) ** 3), slices, np.linalg.norm(falling) / harmonic**2
+    every = (
+        layers * np.minimum(1.0, (passed / harmonic) ** 3),
+        slices,
+        np.linalg.norm(falling) / harmonic**2,
+        INTERPOLATED_KINKS * (64 / fidelity.angles_per_mesh) ** 2,
+    )
     return np.asarray(np.sqrt(sum(part**2 for part in every)))
 
 

@@ -11,7 +11,7 @@ from nvhchain import acoustics
 from nvhchain.case import Case, GearboxCase
 from nvhchain.conventions import REFERENCE_FORCE, REFERENCE_POWER, REFERENCE_PRESSURE, REFERENCE_VELOCITY
 from nvhchain.error_band import housing as modal
-from nvhchain.error_band.band import COVERAGE, ErrorBand
+from nvhchain.error_band.band import COVERAGE, ONE_CAUSE, ONE_SIGN, ErrorBand
 from nvhchain.error_band.gears import force_error
 from nvhchain.error_band.radiation import radiation_error, relative
 from nvhchain.error_band.resonances import ForceChange, force_change, force_changes
@@ -88,7 +88,7 @@ def error_band(
         f"pressure at {len(size)} and velocity at {len(velocity.frequency)} lines: give those of one run",
     )
     case, fidelity = origin.case, origin.fidelity
-    whole, scale = ErrorBand(pressure.frequency, size, {}), size.copy()
+    whole, scale = ErrorBand(pressure.frequency, size, {}, one_sign=signs(fidelity)), size.copy()
     heard = _heard(whole)
     band = _vector_band(origin, whole, heard, velocity.select(heard), transfer_vectors)
     scale[heard] = band.amplitude
@@ -207,7 +207,8 @@ def force_band(
         change = change or force_change(case, fidelity, housing, origin.mesh_laws, force_spectrum)
         moved = np.sqrt((np.abs(change.apply(force_spectrum).force) ** 2).sum(axis=2))
         sources["housing"] = np.hypot(sources["housing"], moved / np.where(scale > 0, scale, 1.0))
-    return ErrorBand(lines, size, times(sources, scale), reference=REFERENCE_FORCE, weighted=False)
+    signed = signs(fidelity) if not np.any(width) else ONE_CAUSE
+    return ErrorBand(lines, size, times(sources, scale), reference=REFERENCE_FORCE, weighted=False, one_sign=signed)
 
 
 def velocity_band(origin: Origin, velocity: SurfaceVelocity) -> ErrorBand:
@@ -232,7 +233,9 @@ def velocity_band(origin: Origin, velocity: SurfaceVelocity) -> ErrorBand:
             sources |= {name: np.hypot(sources[name], error * alone) for name, error in seen.items()}
     speed = force_spectrum.input_speed if force_spectrum is not None else 0.0
     sources |= times(force_sources(origin, velocity.frequency, speed, size), size)
-    return ErrorBand(velocity.frequency, size, sources, reference=REFERENCE_VELOCITY, weighted=False)
+    return ErrorBand(
+        velocity.frequency, size, sources, reference=REFERENCE_VELOCITY, weighted=False, one_sign=signs(fidelity)
+    )
 
 
 def power_band(
@@ -271,7 +274,7 @@ def power_band(
     sources |= times(radiation_error(surface, lines, case, fidelity.acoustics, power.accuracy), size)
     stated = {"masters": power.accuracy.interpolation_error_db, "cancellation": power.accuracy.cancellation_error_db}
     sources |= {name: relative(error) * size for name, error in stated.items() if error is not None}
-    return ErrorBand(lines, scale_of_level * size, times(sources, scale_of_level))
+    return ErrorBand(lines, scale_of_level * size, times(sources, scale_of_level), one_sign=signs(fidelity))
 
 
 def force_sources(
@@ -302,6 +305,12 @@ def force_sources(
         "time step": step_error(lines, fidelity.dynamics.time_step),
         "settling": floor / np.where(size > 0, size, 1.0),
     }
+
+
+def signs(fidelity: Fidelity) -> Mapping[str, float]:
+    """Return the signs of errors from line to line; without elements or tip edges all mesh harmonics are off alike."""
+    one_cause = fidelity.gear.bodies == "analytic" or fidelity.gear.corner_gap == 0
+    return ONE_CAUSE if one_cause else ONE_SIGN
 
 
 def _forces_at_lines(spectrum: ForceSpectrum, lines: FloatArray) -> ForceSpectrum:

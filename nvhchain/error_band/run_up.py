@@ -11,7 +11,7 @@ import numpy as np
 from nvhchain import acoustics, levels
 from nvhchain.case import GearboxCase
 from nvhchain.error_band import housing as modal
-from nvhchain.error_band.band import COVERAGE, SILENT_LEVEL, ErrorBand
+from nvhchain.error_band.band import COVERAGE, ONE_CAUSE, SILENT_LEVEL, ErrorBand
 from nvhchain.error_band.quantities import MASTER_MARGIN, Origin, add_housing, force_band, force_sources, times
 from nvhchain.error_band.radiation import radiation_error
 from nvhchain.error_band.resonances import force_change, force_changes
@@ -73,7 +73,7 @@ class RunUpBand:
             swept = order * float(np.ptp(turns)) / (2 * seconds * max(spacing, 1 / seconds))
             reach = max(width / 2 * turns.mean(), swept + MAIN_LOBE * spacing)
             near = np.abs(lines.frequency - order * turns.mean()) <= reach
-            # one tone, spread over lines: errors of the housing have one sign there, too
+            # one tone, spread over lines: errors of housing and gears have one sign there, too
             sources, falls = (
                 {f"{name} of the order": error[near][:, [place]] for name, error in each.items()}
                 for each in (lines.sources, lines.falls)
@@ -214,7 +214,7 @@ def run_up_band(
         errors = {} if origin.housing is None else {"excluded modes": shares.excluded_modes(case, fidelity)}
         sources = errors | times(sources, size) | times(radiated, np.maximum(size, shares.size))
         share = float(np.linalg.norm(size)) / max(float(np.linalg.norm(sounds[loudest])), 1e-300)
-        band = ErrorBand(lines, size, sources | times(interpolation, share))
+        band = ErrorBand(lines, size, sources | times(interpolation, share), one_sign=ONE_CAUSE)
         if origin.housing is not None:
             band = add_housing(band, housing, instant.spectrum, vectors, moved, changes)
         bands.append(band)

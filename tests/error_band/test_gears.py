@@ -15,7 +15,7 @@ from nvhchain.error_band.gears import (
     FED_MARGIN,
     LAYER_RIPPLE,
     UNKNOWN,
-    _compliance_ratio,
+    _compliance_harmonics,
     _kinks,
     _table_error,
     contact_error,
@@ -87,6 +87,13 @@ def test_analytic_gear_bodies_leave_all_of_the_mesh_harmonics_open(case):
     assert force_error(case, laws, DRAFT.gear, 80.0).relative(np.array([20.0]))[0] < 0.01
 
 
+def spectrum(law, amplitudes):
+    """Harmonics of the angles of a law whose mesh harmonics have these amplitudes."""
+    found, teeth = np.zeros(len(law.angle) // 2 + 1), round(law.period * law.teeth[1] / (2 * np.pi))
+    found[teeth * np.arange(1, len(amplitudes) + 1)] = 0.5 * np.array(amplitudes)
+    return found
+
+
 def test_errors_of_the_compliance_remain_where_relief_cancels_its_harmonic():
     """E = F (c₀ + c₁ cos) − m cos: the harmonic that is left is F c₁ − m, its error that of F c₁."""
     law, force, left = mesh_law([1e-6]), 1000.0, 0.2
@@ -95,19 +102,50 @@ def test_errors_of_the_compliance_remain_where_relief_cancels_its_harmonic():
     deflection, mean = np.linspace(0.0, 40e-6, 200), 1e-8
     relieved = (deflection + (1 - left) * 0.1 * mean * force * wave) / (mean * (1 + 0.1 * wave))
     made = law.replace(deflection=deflection, force=np.maximum(relieved, 0.0))
-    _, error = quasi_static_transmission_error(made, force)
-    harmonics = np.abs(np.fft.rfft(error)) / len(error)
-    assert _compliance_ratio(made, force, harmonics, teeth) == pytest.approx(1 / left, rel=0.02)
     even = law.replace(deflection=deflection, force=deflection / (mean * (1 + 0.1 * wave)))
-    _, error = quasi_static_transmission_error(even, force)
-    assert _compliance_ratio(even, force, np.abs(np.fft.rfft(error)) / len(error), teeth) == pytest.approx(1, rel=0.01)
+    for one, share in ((made, left), (even, 1.0)):
+        _, error = quasi_static_transmission_error(one, force)
+        harmonic = (np.abs(np.fft.rfft(error)) / len(error))[teeth]
+        assert _compliance_harmonics(one, force)[teeth] == pytest.approx(harmonic / share, rel=0.02)
+
+
+def test_slices_err_by_harmonics_of_the_compliance_where_relief_cancels_those_that_are_seen(case, monkeypatch):
+    """The first harmonic cancels to a hundredth: its error stays, and that of the fifth does not rise with it."""
+    relief = MicroGeometry(drive=Flank(profile_crowning=5e-6))
+    gear = case.gears[1]
+    relieved = replace(case, gears=(case.gears[0], replace(gear, geometry=replace(gear.geometry, micro=relief))))
+    amplitudes, orders = [1e-6 / n**2 for n in range(1, 31)], 20.0 * np.array([1.0, 5.0])
+    coarse = replace(REFERENCE.gear, slices=6)
+    plain = mesh_law(amplitudes)
+    monkeypatch.setattr("nvhchain.error_band.gears._compliance_harmonics", lambda *_: spectrum(plain, amplitudes))
+    whole, cancelled = (
+        np.sqrt(error.error[np.rint(orders / error.step).astype(int)])
+        for error in (
+            force_error(case, [plain], coarse, 200.0),
+            force_error(relieved, [mesh_law([1e-8, *amplitudes[1:]])], coarse, 200.0),
+        )
+    )
+    assert cancelled == pytest.approx(whole, rel=0.15)
+
+
+@pytest.mark.parametrize("teeth", [1, 2, 5])
+@pytest.mark.parametrize("angles", [6, 27, 64])
+def test_a_law_has_errors_at_all_of_its_lines_whatever_its_angles_and_teeth(case, teeth, angles):
+    """Below a low order, too: of 27 angles and 2 teeth the law holds half a harmonic more than whole ones."""
+    law = mesh_law([1e-6])
+    period = teeth * 2 * np.pi / law.teeth[1]
+    angle = np.arange(teeth * angles) * period / (teeth * angles)
+    force = np.ones((teeth * angles, 1)) * law.force[:1]
+    made = law.replace(angle=angle, period=period, force=force)
+    for highest in (20.0, 60.0, 900.0):
+        assert np.isfinite(force_error(case, [made], replace(DRAFT.gear, angles_per_mesh=angles), highest).error).all()
 
 
 def test_limits_of_forces_count_what_relief_cancels_only_where_a_gear_has_micro_geometry(case, monkeypatch):
     relief = MicroGeometry(drive=Flank(profile_crowning=5e-6))
     gear = case.gears[1]
     relieved = replace(case, gears=(case.gears[0], replace(gear, geometry=replace(gear.geometry, micro=relief))))
-    monkeypatch.setattr("nvhchain.error_band.gears._compliance_ratio", lambda *_: 5.0)
+    monkeypatch.setattr("nvhchain.error_band.gears._compliance_harmonics", lambda law, _: spectrum(law, [5e-6]))
     plain, more = (
         force_error(of, [mesh_law([1e-6])], REFERENCE.gear, 80.0).relative(np.array([20.0]))[0]
         for of in (case, relieved)
@@ -293,3 +331,13 @@ def test_an_error_of_one_mesh_makes_the_force_that_this_mesh_makes_where_another
     gain = np.sqrt((forces[[0]] ** 2).sum() / made.meshes[1, 0][1])
     assert found == pytest.approx(CANCELLED * AMPLIFICATION * gain * np.sqrt(made.meshes[1, 1][10]) / 0.1, rel=0.05)
     assert found > 2.5 * made.relative(orders)[3]
+
+
+def test_a_mesh_without_lines_of_its_own_leaves_the_others_theirs():
+    """A second mesh that excites nothing: what is stated of the first one stays."""
+    harmonics, errors = np.zeros(51), np.zeros(51)
+    harmonics[[0, 1, 49, 50]], errors[[1, 49, 50]] = (1.0, 1e-2, 1e-9, 1e-4), (1e-4, 1e-5, 5e-6)
+    orders, forces = np.array([98.0, 100.0]), np.array([0.5, 1.0])
+    silent = (Fraction(7), np.array([1.0, 0.0]), np.zeros(2))
+    one, two = (folded([(Fraction(2), harmonics, errors), *more], 100.0) for more in ([], [silent]))
+    assert two.relative_of(orders, forces, 20.0) == pytest.approx(one.relative_of(orders, forces, 20.0))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from nvhchain.error_band import COVERAGE, ErrorBand, difference_limits, format_level, format_limits
+from nvhchain.error_band.band import ONE_CAUSE
 from nvhchain.levels import decibel, overall
 
 
@@ -101,6 +102,8 @@ def test_errors_by_gears_change_sign_from_harmonic_to_harmonic_and_a_quarter_of_
     gears, masters = (ErrorBand(frequency, size, {name: 0.01 * size}, weighted=False) for name in ("gear", "masters"))
     fall = [1.0 - 10 ** ((band.overall[0, 0] - band.level[0]) / 20) for band in (gears, masters)]
     assert fall == pytest.approx([COVERAGE * 0.01 * 2.5**0.5 / 2, COVERAGE * 0.01])
+    tone = replace(gears, one_sign=ONE_CAUSE)  # as in a run-up, whose tones are spread over lines
+    assert 1.0 - 10 ** ((tone.overall[0, 0] - tone.level[0]) / 20) == pytest.approx(COVERAGE * 0.01)
     single = ErrorBand(frequency[:1], size[:1], {"gear": 0.01 * size[:1]}, weighted=False)
     assert 1.0 - 10 ** ((single.overall[0, 0] - single.level[0]) / 20) == pytest.approx(COVERAGE * 0.01)
 

@@ -48,7 +48,7 @@ def mesh_law(
     compliances : tuple of 2 FlankCompliance or SliceCompliance, optional
         Compliances of pinion and wheel over `engaged_reach(pair, fidelity.corner_gap)` teeth; computed if not supplied.
     executor : Executor, optional
-        Runs blocks of angles.
+        Runs blocks of angles; by default threads of this process.
     progress : Progress, optional
         Called with (steps done, steps in all).  A step is a tooth of a symmetric sector or a block of angles.
 

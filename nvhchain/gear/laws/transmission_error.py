@@ -5,9 +5,9 @@ TE = r_bG θ_G − r_bP θ_P = −δ/cos β_b.  The functions return δ/cos β_b
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import nullcontext
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from math import ceil, inf, isfinite
@@ -26,11 +26,11 @@ from nvhchain.handoff import FloatArray, IntArray, MeshLaw
 from nvhchain.kinds import checked
 from nvhchain.runtime.threads import threads
 
-_ANGLE_BLOCK = 48
-"""Least number of angles per job of an executor; they take about a second."""
+_ANGLE_BLOCK = 16
+"""Least number of angles per job; they take about a third of a second."""
 
 _PIECES = 16
-"""Largest number of jobs; each is sent with the compliances of its own teeth and of those beside them."""
+"""Largest number of jobs; each goes to another process with the compliances of its own teeth and those beside them."""
 
 _MOST_STEPS = 50
 """Largest number of Newton steps."""
@@ -207,7 +207,7 @@ def body_period_angles(pair: GearPair, fidelity: GearFidelity) -> FloatArray:
 
 
 def angle_blocks(angle: FloatArray) -> list[FloatArray]:
-    """Split the angles into the jobs of an executor."""
+    """Split the angles into jobs of threads or of an executor."""
     size = max(_ANGLE_BLOCK, ceil(len(angle) / _PIECES))
     return [angle[i : i + size] for i in range(0, len(angle), size)]
 
@@ -230,8 +230,14 @@ def compute_blocks(
     # a block is sent to another process without the teeth that its angles do not reach
     tasks = [engagement.select_angles(block) if executor else engagement for block in blocks]
     found: list[FloatArray] = []
-    with nullcontext(executor) if executor else ThreadPoolExecutor(threads()) as workers:
-        for rows in workers.map(work, tasks, blocks, *arguments):
+    with ExitStack() as ended:
+        mapped: Callable[..., Iterable[FloatArray]] = map
+        if executor:
+            mapped = executor.map
+        elif threads() > 1:
+            engagement.compliance(engagement.lines(float(blocks[0][0])))  # forms what the threads share
+            mapped = ended.enter_context(ThreadPoolExecutor(threads())).map
+        for rows in mapped(work, tasks, blocks, *arguments):
             found.append(rows)
             if progress:
                 progress(len(found), len(blocks))

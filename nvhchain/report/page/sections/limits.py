@@ -30,8 +30,9 @@ MEANINGS = {
 
 EXPLANATION = (
     "The limits state where the result of the preset reference is expected. Every step of the chain adds an error, "
-    "estimated from its settings and fitted to measured differences. Errors of one source add up over the lines; those "
-    "of different sources add in quadrature. Options that the program excluded count with twice their effect; "
+    "estimated from its settings and fitted to measured differences. Errors of one source add up over the lines, but "
+    "for those that change sign from line to line; those of different sources add in quadrature. Options that the "
+    "program excluded count with twice their effect; "
     "those that a case switches off do not count. Errors of the model itself, such as joints, damping or tolerances of "
     "the real gearbox, are not included. In the limits of a difference the errors of a shared housing and of shared "
     "transfer vectors cancel where both spectra are alike. This holds for run-ups, too."

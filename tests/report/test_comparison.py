@@ -89,7 +89,7 @@ def test_the_difference_has_limits_of_its_own(compared):
     first, second = compared[1]["configurations"].values()
     assert "difference_limits_db" not in first
     low, high = second["difference_limits_db"]
-    assert low < -5 < 5 < high
+    assert low < -3 < 3 < high
 
 
 def test_the_two_quietest_of_several_have_limits_of_their_difference(request, tmp_path):

@@ -172,23 +172,20 @@ class ForceError:
         known = seen & (error < FED) & (force > 0)
         first = np.searchsorted(orders, orders - reach)
         last = np.searchsorted(orders, orders + reach, side="right")
-        parts, gains = list[FloatArray](), list[FloatArray]()
+        owns, gains = list[FloatArray](), list[FloatArray]()
         for power, wrong in self.meshes:
             alone, own, _ = replace(self, power=power, error=wrong)._neighbourhood(orders, 0.0)
             chosen = known & (alone > ALONE * there)
             sums = (np.concatenate([[0.0], np.cumsum(np.where(chosen, values, 0.0))]) for values in (force**2, there))
             forces, excitations = (total[last] - total[first] for total in sums)
-            found = np.flatnonzero(excitations > 0)
+            gain, found = np.zeros(len(orders)), np.flatnonzero(excitations > 0)
             if len(found):
                 nearest = found[np.searchsorted(0.5 * (orders[found][1:] + orders[found][:-1]), orders)]
-                gains.append(forces[nearest] / excitations[nearest])
-            parts.append(own)
-            if len(gains) < len(parts):
-                gains.append(np.zeros(len(orders)))
-        largest = np.max(gains, axis=0)
-        made = sum(
-            (own * np.where(gain > 0, gain, largest) for own, gain in zip(parts, gains, strict=True)), 0.0 * largest
-        )
+                gain = forces[nearest] / excitations[nearest]
+            owns.append(own)
+            gains.append(gain)
+        each = np.where(np.array(gains) > 0, gains, np.max(gains, axis=0))
+        made = (np.array(owns) * each).sum(axis=0)
         made = AMPLIFICATION * np.sqrt(made) / np.where(force > 0, force, np.inf)
         stated = np.where(seen, np.maximum(error, CANCELLED * made), error)
         limited = stated.copy()

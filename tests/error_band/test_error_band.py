@@ -48,21 +48,6 @@ FOUR_MASTERS = pytest.mark.filterwarnings(
 """Four masters are enough for what the tests compare."""
 
 
-@pytest.fixture(scope="module")
-def case(request):
-    return ball_with_modes.case()
-
-
-@pytest.fixture(scope="module")
-def housing(case):
-    return ball_with_modes.housing(case)
-
-
-@pytest.fixture(scope="module")
-def parts(case, housing):
-    return ball_with_modes.parts(case, housing)
-
-
 def of(case, fidelity, housing, parts, laws=()):
     pressure, velocity, vectors, forces = parts
     return error_band(

@@ -341,3 +341,9 @@ def test_a_mesh_without_lines_of_its_own_leaves_the_others_theirs():
     silent = (Fraction(7), np.array([1.0, 0.0]), np.zeros(2))
     one, two = (folded([(Fraction(2), harmonics, errors), *more], 100.0) for more in ([], [silent]))
     assert two.relative_of(orders, forces, 20.0) == pytest.approx(one.relative_of(orders, forces, 20.0))
+    wrong = np.zeros(15)
+    wrong[14] = 1e-3  # at order 98, by the gain of the first mesh at order 100
+    more = folded([(Fraction(2), harmonics, errors), (Fraction(7), np.eye(15)[0], wrong)], 100.0)
+    gain = forces[1] / np.sqrt(more.power[100])
+    made = AMPLIFICATION * gain * np.sqrt(more.error[98]) / forces[0]
+    assert more.relative_of(orders, forces, 20.0)[0] == pytest.approx(FED_MARGIN * made, rel=0.05)

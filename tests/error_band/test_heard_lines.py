@@ -9,28 +9,12 @@ from nvhchain.error_band import COVERAGE, Origin, error_band, quantities
 from nvhchain.fidelity import DRAFT
 from nvhchain.handoff import SoundAccuracy
 from nvhchain.housing import respond
-from nvhchain.testing import ball_with_modes
 from nvhchain.testing.ball_with_modes import LINES
 from nvhchain.testing.hand_offs import mesh_law
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore:interpolation between master frequencies:nvhchain.errors.AccuracyWarning"
 )
-
-
-@pytest.fixture(scope="module")
-def case():
-    return ball_with_modes.case()
-
-
-@pytest.fixture(scope="module")
-def housing(case):
-    return ball_with_modes.housing(case)
-
-
-@pytest.fixture(scope="module")
-def parts(case, housing):
-    return ball_with_modes.parts(case, housing)
 
 
 def band(case, housing, parts, laws=()):

@@ -35,21 +35,6 @@ from nvhchain.testing.hand_offs import mesh_law
 
 
 @pytest.fixture(scope="module")
-def case(request):
-    return ball_with_modes.case()
-
-
-@pytest.fixture(scope="module")
-def housing(case):
-    return ball_with_modes.housing(case)
-
-
-@pytest.fixture(scope="module")
-def parts(case, housing):
-    return ball_with_modes.parts(case, housing)
-
-
-@pytest.fixture(scope="module")
 def silent(housing):
     return ball_with_modes.silent(housing)
 

@@ -280,9 +280,7 @@ def test_only_the_very_case_that_was_swept_goes_without_the_margin(case, sweep, 
     assert not planner.is_swept([case], sweep)
 
 
-def test_layers_over_the_width_of_wider_gears_err_with_the_fourth_power_of_their_thickness_and_the_overlap(
-    case, two_stages
-):
+def test_layers_err_with_the_fourth_power_of_their_thickness_and_the_overlap(case, two_stages):
     layers = replace(REFERENCE, gear=replace(REFERENCE.gear, width_layers=4))
     swept = extent(case)
     widths = [16 / 2.7, extent(two_stages)["width"][1]]
@@ -295,16 +293,12 @@ def test_layers_over_the_width_of_wider_gears_err_with_the_fourth_power_of_their
 
 def test_slices_of_faces_that_overlap_more_err_as_their_sum_differs_from_the_integral(case, two_stages):
     """b sin β/(π m): 0.33 of the swept stage, 0.82 of the second one; the base's own slices count on both sides."""
-
-    def added(overlap):
-        few, many = (np.pi * overlap / count for count in (8, REFERENCE.gear.slices))
-        return np.sqrt((few / np.sin(few) - 1) ** 2 - (many / np.sin(many) - 1) ** 2)
-
-    slices = replace(REFERENCE, gear=replace(REFERENCE.gear, slices=8))
-    swept = extent(case)
+    slices, swept = replace(REFERENCE, gear=replace(REFERENCE.gear, slices=8)), extent(case)
     overlaps = [16e-3 * np.sin(np.radians(10.0)) / (np.pi * 2.7e-3), extent(two_stages)["overlap"][1]]
     assert swept["overlap"] == pytest.approx(overlaps[:1])
-    assert growth(slices, REFERENCE, [two_stages], swept) == pytest.approx(added(overlaps[1]) / added(overlaps[0]))
+    few, many = (np.pi * np.array(overlaps) / count for count in (8, REFERENCE.gear.slices))
+    narrow, wide = np.sqrt((few / np.sin(few) - 1) ** 2 - (many / np.sin(many) - 1) ** 2)
+    assert growth(slices, REFERENCE, [two_stages], swept) == pytest.approx(wide / narrow)
 
 
 def test_a_sweep_that_does_not_tell_what_errors_grow_with_is_refused(case, two_stages):

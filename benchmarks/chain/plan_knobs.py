@@ -27,7 +27,7 @@ FURTHER = {
     "gear.slices": (4.0,),
     "gear.width_layers": (3.0,),
     "gear.angles_per_mesh": (4.0, 16.0),
-    "gear.deflections": (4.0,),
+    "gear.deflections_per_doubling": (4.0,),
     "housing.samples_per_face": (4.0,),
 }
 """Factors beyond those, for knobs whose work is cheap on the small case."""

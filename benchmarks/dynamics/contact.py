@@ -96,11 +96,11 @@ def contact(folder: Path) -> dict[str, Any]:
     reference = order_levels(*last_period(model(fidelity, "contact"), start, phases))
     cost = (time.perf_counter() - begin) / (PERIODS * count)
     rows = []
-    for angles, deflections in ((24, 16), (48, 16), (96, 24), (192, 40)):
-        detail = replace(fidelity, angles_per_mesh=angles, deflections=deflections)
+    for angles, steps in ((24, 3), (48, 3), (96, 4), (192, 8)):
+        detail = replace(fidelity, angles_per_mesh=angles, deflections_per_doubling=steps)
         of = model(detail, "table")
         found = order_levels(*last_period(of, start_of(of, coarse, start), phases))
-        rows.append([angles, deflections, *worst(found, reference)])
+        rows.append([angles, detail.deflections, *worst(found, reference)])
     return {"rows": rows, "cost": cost}
 
 

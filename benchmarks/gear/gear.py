@@ -125,7 +125,7 @@ def grids() -> Record:
         record["angles"][count] = largest(spline(np.arange(len(fine)) / len(fine)), fine)
     direct = fine[:: FINE_ANGLES // LAW_ANGLES]
     for count in DEFLECTIONS:
-        fidelity = replace(STANDARD.gear, angles_per_mesh=LAW_ANGLES, deflections=count)
+        fidelity = replace(STANDARD.gear, angles_per_mesh=LAW_ANGLES, deflections_per_doubling=count)
         law = mesh_law(pair, nominal_force=force, fidelity=fidelity, compliances=both)
         record["deflections"][count] = largest(deflection_at_force(law, force), direct)
     return record

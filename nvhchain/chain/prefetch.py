@@ -20,6 +20,7 @@ from threading import Thread
 from time import perf_counter
 from typing import IO
 
+from nvhchain import gear
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps
 from nvhchain.chain.cached import cached_results
@@ -183,7 +184,7 @@ def _laws_ahead(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Pat
         planned = {one.result: one for one in planned_steps(Scene(case, fidelity)) if one.result not in cached}
         others += [one for one in planned.values() if one.step in (HOUSING, TRANSFER_VECTORS)]
         for stage, (drawn, pair, force) in enumerate(zip(case.stages, case.pairs, case.mesh_forces, strict=True)):
-            result, inputs = MESH_LAWS.file_of(drawn.name), fingerprint(drawn.name, pair, abs(force))
+            result, inputs = MESH_LAWS.file_of(drawn.name), fingerprint(drawn.name, pair, gear.law_load(force))
             if result in planned and inputs not in found:  # cases have laws in common
                 laws[number, stage] = planned[result]
                 found.add(inputs)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from nvhchain.errors import require
 from nvhchain.fidelity.knob import Knobs, knob
+
+_DRIVE_DOUBLINGS, _BACK_DOUBLINGS = 3, 2
+"""Doublings of the deflection up to the largest of a mesh law; below them its steps are even."""
 
 
 # fmt: off
@@ -20,7 +22,8 @@ class GearFidelity(Knobs, package="gear"):
         meaning="axial slices of a contact line over the face width, or over each axial pitch of a wider face")
     angles_per_mesh: int = knob(low=2, high=10_000, sweep=(24, 48, 96),
         meaning="mesh-law angles per mesh period, which hold half as many harmonics")
-    deflections: int = knob(low=6, high=1000, sweep=(10, 16, 24), meaning="mesh-law deflections")
+    deflections_per_doubling: int = knob(low=1, high=100, sweep=(2, 3, 4),
+        meaning="mesh-law deflections while the deflection doubles; half as many on the back flank")
     contact_residual: float = knob(1e-10, low=1e-13, high=1e-4, sweep=(1e-5, 1e-7),
         meaning="admissible residual of the complementarity problem, relative to the deflection scale")
     transverse_refinement: int = knob(1, low=1, high=16, sweep="1 is its coarsest value",
@@ -38,21 +41,22 @@ class GearFidelity(Knobs, package="gear"):
     corner_gap: float = knob(60e-6, high=0.1, unit="m", sweep=(30e-6,),
         meaning="unloaded gap up to which contact of tip edges beyond the path of contact is sought; 0: none. Where it "
                 "is too small for the load (`close_edges`) the approach of the flanks is taken instead")
-    drive_reach: float = knob(3.0, low=0.1, high=100.0, sweep=(1.5, 2.0),
-        meaning="largest mesh-law force on the drive flank, times the nominal force")
-    back_reach: float = knob(1.5, low=0.1, high=100.0, sweep=(0.5,),
-        meaning="largest mesh-law force on the back flank, times the nominal force")
+    drive_reach: float = knob(1.5, low=0.1, high=100.0, sweep=(1.0,),
+        meaning="least of the largest mesh-law forces on the drive flank, times the load of the law (the next power of "
+                "two above the nominal force)")
+    back_reach: float = knob(1.25, low=0.1, high=100.0, sweep=(0.5,),
+        meaning="the same on the back flank")
     root_refinement: int = knob(4, low=1, high=16, step="root strain", sweep="of root strains only",
         meaning="transverse_refinement of the mesh of one tooth in which root strain is read")
     # fmt: on
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        # share of the deflections beyond both ends of the gap, as in the mesh law; the fewest leave two
-        driven = (self.deflections - 2) * self.drive_reach / (self.drive_reach + self.back_reach)
-        require(
-            driven > 1.5,
-            f"gear back_reach = {self.back_reach:g} beside drive_reach = {self.drive_reach:g} leaves {driven:.2g} of "
-            f"{self.deflections} deflections to the drive flank, which needs 2: lower back_reach, or raise drive_reach "
-            "or deflections",
-        )
+    @property
+    def law_steps(self) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Steps of a mesh law for each doubling of the deflection, and number of doublings, of drive and back flank."""
+        drive = self.deflections_per_doubling
+        return (drive, _DRIVE_DOUBLINGS), ((drive + 1) // 2, _BACK_DOUBLINGS)
+
+    @property
+    def deflections(self) -> int:
+        """Deflections of a mesh law, with both ends of the gap."""
+        return sum(steps * (doublings + 1) for steps, doublings in self.law_steps) + 2

@@ -60,7 +60,7 @@ DRAFT = Fidelity(
         width_layers=6,
         slices=32,
         angles_per_mesh=64,
-        deflections=16,
+        deflections_per_doubling=3,
         row_aspect=2.5,
         load_pattern_tolerance=3e-3,
         far_pattern_tolerance=0.1,
@@ -72,7 +72,7 @@ DRAFT = Fidelity(
 )
 STANDARD = Fidelity(
     "standard",
-    GearFidelity(profile_elements=4, width_layers=8, slices=32, angles_per_mesh=96, deflections=24),
+    GearFidelity(profile_elements=4, width_layers=8, slices=32, angles_per_mesh=96, deflections_per_doubling=4),
     DynamicsFidelity(time_step=10e-6),
     HousingFidelity(element_size=0.0105),
     AcousticsFidelity(elements_per_wavelength=4.5, masters=128, master_tolerance_db=0.25),
@@ -84,7 +84,7 @@ REFERENCE = Fidelity(
         width_layers=12,
         slices=48,
         angles_per_mesh=192,
-        deflections=40,
+        deflections_per_doubling=8,
         row_aspect=1.0,
         load_pattern_tolerance=3e-4,
         far_pattern_tolerance=0.01,

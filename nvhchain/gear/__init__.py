@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from nvhchain.gear.laws.deviated_law import deviated_mesh_law
     from nvhchain.gear.laws.deviated_load import deviated_load_distribution
     from nvhchain.gear.laws.load_distribution import load_distribution, mesh_period
-    from nvhchain.gear.laws.mesh_law import engaged, mesh_law, pair_compliances, tabulated
+    from nvhchain.gear.laws.mesh_law import engaged, law_load, mesh_law, pair_compliances, tabulated
     from nvhchain.gear.laws.tooth_pairs import tooth_pairs
     from nvhchain.gear.laws.transmission_error import (
         LoadedMesh,

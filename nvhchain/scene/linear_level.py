@@ -31,7 +31,7 @@ TEETH = GearFidelity(
     width_layers=8,
     slices=16,
     angles_per_mesh=32,
-    deflections=16,
+    deflections_per_doubling=3,
     bodies="analytic",
 )
 """Knobs of the meshes: closed-form slices, fifteen harmonics, a tenth of a second a stage."""

@@ -22,7 +22,7 @@ SMALL = Path(__file__).parents[2] / "cases" / "small" / "single_stage.toml"
 COARSE = Fidelity(
     "coarse",
     GearFidelity(
-        profile_elements=4, width_layers=3, slices=6, angles_per_mesh=16, deflections=10, row_aspect=2.5,
+        profile_elements=4, width_layers=3, slices=6, angles_per_mesh=16, deflections_per_doubling=2, row_aspect=2.5,
         load_pattern_tolerance=1e-2,
     ),
     DynamicsFidelity(time_step=40e-6),
@@ -34,7 +34,7 @@ COARSE = Fidelity(
 TINY = Fidelity(
     "tiny",
     GearFidelity(
-        profile_elements=2, width_layers=2, slices=32, angles_per_mesh=16, deflections=10, row_aspect=2.5,
+        profile_elements=2, width_layers=2, slices=32, angles_per_mesh=16, deflections_per_doubling=2, row_aspect=2.5,
         load_pattern_tolerance=1e-2,
     ),
     DynamicsFidelity(time_step=40e-6),

@@ -12,6 +12,7 @@ from nvhchain.chain.steps.gears import mesh_law
 from nvhchain.cli import main
 from nvhchain.errors import AccuracyWarning
 from nvhchain.files.result_cache import ResultCache, fingerprint
+from nvhchain.gear import law_load
 from nvhchain.scene import Scene
 from nvhchain.scene.steps import HOUSING, MESH_LAWS
 
@@ -42,9 +43,19 @@ def test_all_steps_of_a_finished_run_are_cached(finished, coarse):
     assert sorted(path.name for path in out.iterdir()) == before
 
 
-def test_another_torque_leaves_housing_and_transfer_vectors(finished, coarse):
+def test_another_torque_leaves_the_mesh_law_up_to_its_load(finished, coarse):
     case, out = finished
-    harder = replace(case, operation=replace(case.operation, input_torque=1.5 * case.operation.input_torque))
+    share = law_load(case.mesh_forces[0]) / case.mesh_forces[0]
+    harder = replace(case, operation=replace(case.operation, input_torque=0.99 * share * case.operation.input_torque))
+    found = cached_results(harder, fidelity=coarse, out=out)
+    assert {"housing", "mesh_law_stage", "transfer_vectors"} <= found
+    assert not {"bearing_forces", "pressure"} & found
+
+
+def test_a_torque_beyond_the_load_of_the_law_leaves_housing_and_transfer_vectors(finished, coarse):
+    case, out = finished
+    share = law_load(case.mesh_forces[0]) / case.mesh_forces[0]
+    harder = replace(case, operation=replace(case.operation, input_torque=1.01 * share * case.operation.input_torque))
     found = cached_results(harder, fidelity=coarse, out=out)
     assert {"housing", "transfer_vectors"} <= found
     assert not {"mesh_law_stage", "bearing_forces", "pressure"} & found
@@ -60,7 +71,8 @@ def test_nothing_is_cached_in_an_empty_folder(finished, coarse, tmp_path):
 @pytest.mark.filterwarnings("default::nvhchain.errors.AccuracyWarning")
 def test_a_law_from_the_cache_warns_of_analytic_bodies_as_the_first_one_does(pytestconfig, tmp_path):
     case = nvh.load_case(pytestconfig.rootpath / "cases" / "gearbox" / "slotted.toml")
-    knobs = replace(nvh.DRAFT, gear=replace(nvh.DRAFT.gear, bodies="analytic", angles_per_mesh=4, deflections=8))
+    teeth = replace(nvh.DRAFT.gear, bodies="analytic", angles_per_mesh=4, deflections_per_doubling=2)
+    knobs = replace(nvh.DRAFT, gear=teeth)
     told = []
     for _ in range(2):
         with pytest.warns(AccuracyWarning, match="rim that bends") as given:

@@ -45,7 +45,7 @@ def given(case_file):
     """Law of analytic teeth and a housing of one mode, so that only the dynamics is left."""
     case = nvh.load_case(case_file)
     count, corners = len(case.seats), np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])
-    teeth = replace(nvh.DRAFT.gear, slices=8, angles_per_mesh=16, deflections=10, bodies="analytic")
+    teeth = replace(nvh.DRAFT.gear, slices=8, angles_per_mesh=16, deflections_per_doubling=2, bodies="analytic")
     return {
         "mesh_laws": [gear.mesh_law(case.pairs[0], nominal_force=case.mesh_forces[0], fidelity=teeth)],
         "housing": ReducedHousing(

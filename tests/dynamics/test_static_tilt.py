@@ -19,7 +19,7 @@ from nvhchain.scene.linear_level import TEETH
 from nvhchain.scene.loaded_tilt import balanced_tilts, tilted
 from nvhchain.testing.coarse_runs import SMALL
 
-KNOBS = replace(TEETH, slices=12, angles_per_mesh=8, deflections=24)
+KNOBS = replace(TEETH, slices=12, angles_per_mesh=8, deflections_per_doubling=4)
 
 
 class Leaning:

@@ -21,8 +21,8 @@ from nvhchain.testing.scales import ANY, MANY, powers
 
 COARSE = Fidelity(
     "coarse",
-    GearFidelity(profile_elements=2, width_layers=2, slices=5, angles_per_mesh=8, deflections=8, row_aspect=2.5,
-                 load_pattern_tolerance=1e-2, bodies="analytic"),
+    GearFidelity(profile_elements=2, width_layers=2, slices=5, angles_per_mesh=8, deflections_per_doubling=2,
+                 row_aspect=2.5, load_pattern_tolerance=1e-2, bodies="analytic"),
     DynamicsFidelity(time_step=40e-6),
     HousingFidelity(element_size=0.03, elements_per_turn=6.0, elements_per_bending_wavelength=2.0),
     AcousticsFidelity(elements_per_wavelength=2.5, masters=64, master_tolerance_db=1.0),

@@ -22,7 +22,9 @@ from nvhchain.gear import (
 )
 from nvhchain.testing.scales import ANY, mostly, powers
 
-KNOBS = GearFidelity(profile_elements=2, width_layers=2, slices=5, angles_per_mesh=6, deflections=8, bodies="analytic")
+KNOBS = GearFidelity(
+    profile_elements=2, width_layers=2, slices=5, angles_per_mesh=6, deflections_per_doubling=2, bodies="analytic"
+)
 
 
 def drawing(data, sane=False):

@@ -26,12 +26,5 @@ def test_orders_of_close_pairs_are_whole():
         replace(STANDARD.acoustics, close_orders=(6, 2.5))
 
 
-@pytest.mark.parametrize("reach", [{"back_reach": 100.0}, {"drive_reach": 0.1}])
-def test_a_reach_that_leaves_the_drive_flank_no_deflections_is_refused_with_the_remedy(reach):
-    with pytest.raises(InputError, match=r"of 10 deflections to the drive flank, which needs 2: lower back_reach"):
-        replace(STANDARD.gear, deflections=10, **reach)
-    replace(STANDARD.gear, deflections=6)
-
-
 def test_all_stages_count():
     assert {stage for stage, _, _ in COUNTS} == STAGES.keys()

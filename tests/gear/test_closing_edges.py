@@ -20,10 +20,10 @@ from nvhchain.gear import (
 from nvhchain.gear.contact.contact_lines import contact_lines, wheel_angle
 from nvhchain.gear.drawing.pair import BACK, DRIVE
 
-COARSE = dataclasses.replace(DRAFT.gear, slices=4, angles_per_mesh=12, deflections=8)
+COARSE = dataclasses.replace(DRAFT.gear, slices=12, angles_per_mesh=12, deflections_per_doubling=2)
 FAR = dataclasses.replace(COARSE, corner_gap=500e-6)
-HEAVY = 1200.0
-"""N m, some five times what the pair is for."""
+HEAVY = 1800.0
+"""N m, some eight times what the pair is for."""
 
 
 @pytest.fixture(params=["spur", "helical"])
@@ -33,7 +33,7 @@ def changes(request):
 
 @pytest.fixture
 def tolerance(changes):
-    """Relative: the slices of a helical gear, few here, are cut off at the one limit or the other."""
+    """Relative: the slices of a helical gear are cut off at the one limit or the other."""
     return 1e-8 if changes else 2e-3
 
 

@@ -33,7 +33,7 @@ from nvhchain.handoff import FloatArray, LoadDistribution, ToothPairs
 from tests.gear.conftest import stage_pair
 from tests.gear.test_deviations import even_flanks, perfect
 
-FIDELITY = replace(DRAFT.gear, slices=8, angles_per_mesh=12, deflections=16, bodies="analytic")
+FIDELITY = replace(DRAFT.gear, slices=8, angles_per_mesh=12, deflections_per_doubling=3, bodies="analytic")
 FORCE, TEETH = 3000.0, 20
 Drawn = tuple[GearPair, LoadDistribution, ToothPairs]
 

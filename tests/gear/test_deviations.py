@@ -25,7 +25,7 @@ from nvhchain.gear.laws.transmission_error import deflection_at_force, loaded_me
 from nvhchain.handoff import FloatArray, MeshLaw, ToothPairs
 from tests.gear.conftest import stage_pair
 
-FIDELITY = replace(DRAFT.gear, slices=8, angles_per_mesh=12, deflections=16, bodies="analytic")
+FIDELITY = replace(DRAFT.gear, slices=8, angles_per_mesh=12, deflections_per_doubling=3, bodies="analytic")
 FORCE = 3000.0
 Drawn = tuple[GearPair, MeshLaw, ToothPairs]
 

@@ -13,7 +13,13 @@ from nvhchain.gear import Misalignment, load_distribution, slice_compliance
 
 FORCE = 5000.0
 KNOBS = GearFidelity(
-    profile_elements=4, width_layers=3, slices=8, angles_per_mesh=32, deflections=8, bodies="analytic", corner_gap=0.0
+    profile_elements=4,
+    width_layers=3,
+    slices=8,
+    angles_per_mesh=32,
+    deflections_per_doubling=2,
+    bodies="analytic",
+    corner_gap=0.0,
 )
 
 

@@ -16,7 +16,7 @@ from nvhchain.gear.contact.engagement import Engagement, engaged_reach
 from nvhchain.gear.contact.local_law import held_excess
 from nvhchain.gear.contact.slice_forces import half_space_compliance, local_deflection
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
-from nvhchain.gear.laws.mesh_law import deflection_grid, mesh_law
+from nvhchain.gear.laws.mesh_law import deflection_grid, law_load, mesh_law
 from nvhchain.runtime.threads import granted
 from tests.gear.conftest import stage_pair
 
@@ -48,7 +48,7 @@ def test_law_covers_the_body_period_and_the_asked_range(slotted, slotted_law):
     assert law.force.shape == (10 * COARSE.angles_per_mesh, COARSE.deflections)
     assert law.period == pytest.approx(10 * 2 * np.pi / 50)
     nominal = pair.normal_force(TORQUE)
-    assert law.force[:, -1].min() >= 2.95 * nominal
+    assert law.force[:, -1].min() >= COARSE.drive_reach * nominal
     assert law.force[:, 0].max() < -1.3 * nominal
 
 
@@ -197,15 +197,25 @@ def test_executor_threads_and_progress_give_the_same_law(slotted, slotted_law):
     assert seen == [(done, 10) for done in range(1, 11)]
 
 
-def test_deflection_grid_is_densest_at_first_contact(slotted):
+@pytest.mark.parametrize("load", [300.0, 512.0, 9000.0])
+def test_deflections_are_powers_of_two_and_steps_between_them_whatever_the_load(slotted, load):
+    """3 doublings on the drive flank, 2 on the back flank, where steps are twice as far apart; even ones below them."""
     pair, compliances = slotted
     engagement = Engagement(pair, compliances, STANDARD.gear)
-    grid = deflection_grid(engagement, pair.normal_force(TORQUE), np.array([0.0]))
-    assert len(grid) == STANDARD.gear.deflections
-    drive = np.diff(grid[grid >= 0])
-    back = np.diff(grid[grid <= -pair.backlash])
-    assert (np.diff(drive) > 0).all()
-    assert (np.diff(back) < 0).all()
+    grid = deflection_grid(engagement, load, np.array([0.0]))
+    assert STANDARD.gear.law_steps == ((4, 3), (2, 2))
+    assert len(grid) == STANDARD.gear.deflections == 16 + 6 + 2
+    for steps, per_doubling in ((grid[8:], 4), ((-pair.backlash - grid[:6])[::-1], 2)):
+        np.testing.assert_allclose(np.diff(steps[:per_doubling], prepend=0.0), steps[0], rtol=1e-9)
+        number = np.log2(1e6 * steps[per_doubling - 1 :]) * per_doubling
+        np.testing.assert_allclose(number, np.round(number), atol=1e-6)
+        np.testing.assert_allclose(np.diff(number), 1.0, atol=1e-6)
+    assert grid[6] == -pair.backlash
+    assert grid[7] == 0.0
+
+
+def test_loads_up_to_a_power_of_two_share_a_law():
+    assert [law_load(force) for force in (0.3, 1.0, -1.01, 8192.0, 8193.0)] == [0.5, 1.0, 2.0, 8192.0, 16384.0]
 
 
 def test_every_angle_carries_the_asked_force_at_the_end_of_the_grid(make_body, make_geometry, make_compliances):
@@ -218,20 +228,21 @@ def test_every_angle_carries_the_asked_force_at_the_end_of_the_grid(make_body, m
     engagement = Engagement(pair, make_compliances(pair, modulation=0.2), fidelity)
     nominal = pair.normal_force(TORQUE)
     angle = np.arange(24 * 24) * (pair.mesh_period / 24)
-    end = deflection_grid(engagement, nominal, angle)[-1:]
-    carried = [engagement.mesh_force(a, end)[0] for a in angle]
-    assert min(carried) == pytest.approx(fidelity.drive_reach * nominal, rel=5e-3)
+    grid = deflection_grid(engagement, nominal, angle)
+    carried = np.array([engagement.mesh_force(a, grid[[0, 1, -2, -1]]) for a in angle])
+    assert carried[:, 2].min() < fidelity.drive_reach * nominal <= carried[:, 3].min()
+    assert (-carried[:, 1]).min() < fidelity.back_reach * nominal <= (-carried[:, 0]).min()
 
 
 def test_a_crowned_back_flank_carries_the_load_of_coasting():
     """40 µm of crowning on the coast flanks are softer than the drive flanks, whose reach left it 40 % short."""
-    knobs = dataclasses.replace(DRAFT.gear, slices=8, angles_per_mesh=12, deflections=16, bodies="analytic")
+    knobs = dataclasses.replace(DRAFT.gear, slices=8, angles_per_mesh=12, deflections_per_doubling=3, bodies="analytic")
     plain = stage_pair(1, thickness_allowance=80e-6)
     flank = Flank(lead_crowning=40e-6)
     pinion = dataclasses.replace(plain.pinion.geometry, micro=MicroGeometry(coast=flank))
     crowned = dataclasses.replace(plain, pinion=dataclasses.replace(plain.pinion, geometry=pinion))
     before, law = (mesh_law(pair, nominal_force=3000.0, fidelity=knobs) for pair in (plain, crowned))
-    assert -law.force[:, 0].max() > 1.2 * 3000.0
+    assert -law.force[:, 0].max() > knobs.back_reach * 3000.0
     assert law.deflection[-1] == before.deflection[-1]
     assert before.deflection[0] > 1.5 * law.deflection[0]
 

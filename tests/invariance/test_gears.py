@@ -11,7 +11,7 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear import GearBody, GearPair, Slots, mesh_law, quasi_static_transmission_error
 
 COARSE = GearFidelity(
-    profile_elements=2, width_layers=2, slices=6, angles_per_mesh=8, deflections=8, row_aspect=1.0,
+    profile_elements=2, width_layers=2, slices=6, angles_per_mesh=8, deflections_per_doubling=2, row_aspect=1.0,
     load_pattern_tolerance=1e-4, far_pattern_tolerance=1e-4,
 )  # fmt: skip
 FORCE = 3000.0  # N

@@ -20,7 +20,7 @@ from nvhchain.testing.moved_gearbox import egg_housing, mapped, scaled
 TINY = Fidelity(
     "tiny",
     GearFidelity(
-        profile_elements=2, width_layers=2, slices=6, angles_per_mesh=16, deflections=10, row_aspect=2.5,
+        profile_elements=2, width_layers=2, slices=6, angles_per_mesh=16, deflections_per_doubling=2, row_aspect=2.5,
         load_pattern_tolerance=1e-2,
     ),
     DynamicsFidelity(time_step=40e-6),

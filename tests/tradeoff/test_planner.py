@@ -57,13 +57,12 @@ def sweep():
         row("gear.width_layers", "6", 0.5, -2.0, mesh_law_stage=15.0),
         row("gear.width_layers", "8", 0.02, 0.1, mesh_law_stage=30.0),
         row("gear.row_aspect", "2.5", 0.01, -0.05, mesh_law_stage=54.0),
-        row("gear.deflections", "24", 0.0, 0.3, mesh_law_stage=59.9),
+        row("gear.deflections_per_doubling", "4", 0.0, 0.3, mesh_law_stage=59.9),
         row("dynamics.path_correction", "True", 0.4, 0.4),
         row("housing.element_size", "0.013", -0.2, 0.4, housing=12.0),
         row("acoustics.precision", "single", 0.0, 0.0, transfer_vectors=7.0),
         row("dynamics.stored_samples_per_period", "2.56", 0.0, 0.0, housing=1.0),
-        row("gear.drive_reach", "1.5", 0.0, 0.0),
-        row("gear.drive_reach", "2", 0.0, 0.0),
+        row("gear.drive_reach", "1", 0.0, 0.0),
         *(row(knob, value, 0.0, 0.0) for knob, values in CONVERGED.items() for value in values),
         row("preset", "draft", 1.0, 2.5, mesh_law_stage=50.0, housing=20.0),
     )
@@ -112,7 +111,7 @@ def test_one_decibel_buys_the_gentle_settings_and_their_errors_add_up(case, swee
     assert choice.expected_error_db == pytest.approx(0.1 + 0.4 + 0.05)
     assert choice.fidelity.gear.width_layers == 8
     assert choice.fidelity.gear.row_aspect == 2.5
-    assert choice.fidelity.gear.deflections == REFERENCE.gear.deflections
+    assert choice.fidelity.gear.deflections_per_doubling == REFERENCE.gear.deflections_per_doubling
     assert choice.fidelity.housing.element_size == 0.013
     assert choice.fidelity.acoustics.precision == "single"
     assert choice.fidelity.dynamics == REFERENCE.dynamics

@@ -86,7 +86,7 @@ def _contact_forces(run: Run) -> list[dynamics.ContactForce] | None:
         return None
     case = run.loaded
     return [
-        replace(gear.engaged(pair, abs(force), run.fidelity.gear)[0], deviations=deviations).mesh_force
+        replace(gear.engaged(pair, gear.law_load(force), run.fidelity.gear)[0], deviations=deviations).mesh_force
         for pair, force, deviations in zip(case.pairs, case.mesh_forces, case.deviations, strict=True)
     ]
 
@@ -95,8 +95,8 @@ def _contact_inputs(run: Run) -> tuple[Any, ...]:
     """Return what the contact problems are made of; nothing for the mesh level of laws, which have it."""
     if run.fidelity.dynamics.mesh_level != "contact":
         return ()
-    loaded = run.loaded
-    return loaded.pairs, loaded.mesh_forces, loaded.deviations, run.fidelity.gear, code_version("gear")
+    loaded, loads = run.loaded, [gear.law_load(force) for force in run.loaded.mesh_forces]
+    return loaded.pairs, loads, loaded.deviations, run.fidelity.gear, code_version("gear")
 
 
 def _gearbox(run: Run) -> dynamics.Gearbox:

@@ -30,7 +30,8 @@ def mesh_law(run: Run, number: int) -> MeshLaw:
     number: number of the stage, from 0.
     """
     if number not in run.laws_as_drawn:
-        run.laws_as_drawn[number] = _stage_hand_off(run, MESH_LAWS, gear.mesh_law, number)
+        load = gear.law_load(run.loaded.mesh_forces[number])
+        run.laws_as_drawn[number] = _stage_hand_off(run, MESH_LAWS, gear.mesh_law, number, load)
     return run.laws_as_drawn[number]
 
 
@@ -71,7 +72,8 @@ def _deviated(run: Run, number: int, law: MeshLaw) -> MeshLaw:
 def load_distributions(run: Run) -> tuple[LoadDistribution, ...]:
     """Load distribution along the flanks of every stage; friction and shuttling take it with the deviations."""
     stages = range(len(run.gearbox.stages))
-    drawn = (_stage_hand_off(run, LOAD_DISTRIBUTIONS, gear.load_distribution, number) for number in stages)
+    forces = [abs(force) for force in run.loaded.mesh_forces]
+    drawn = (_stage_hand_off(run, LOAD_DISTRIBUTIONS, gear.load_distribution, each, forces[each]) for each in stages)
     if not run.gearbox.options.load_distribution:
         return tuple(drawn)
     return tuple(_deviated_load(run, number, distribution) for number, distribution in enumerate(drawn))
@@ -117,9 +119,9 @@ def _latest_result(run: Run, name: str, kind: type[H], inputs: Sequence[Any], co
     return found
 
 
-def _stage_hand_off(run: Run, step: Step[Any], compute: Callable[..., Any], number: int) -> Any:
+def _stage_hand_off(run: Run, step: Step[Any], compute: Callable[..., Any], number: int, force: float) -> Any:
     case, once = run.loaded, run.compliances[number]
-    pair, force = case.pairs[number], abs(case.mesh_forces[number])
+    pair = case.pairs[number]
     return run.cached(
         step,
         (pair, force),

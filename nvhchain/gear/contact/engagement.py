@@ -204,6 +204,12 @@ class Engagement:
         later = meshes * self.pair.sense * np.array([[-1], [1]])
         return replace(found.lines, tooth=found.lines.tooth + later), found
 
+    def _lines_gap_and_phase(self, angle: float, flank: int) -> tuple[ContactLines, FloatArray, _Phase]:
+        """Return `_lines_and_phase` and, between them, the unloaded gaps (n,) in m with the deviations."""
+        lines, phase = self._lines_and_phase(angle, flank)
+        gap = phase.gap if self.deviations is None else phase.gap + self.deviation_gap(lines, 0)
+        return lines, gap, phase
+
     def friction_compliance(self, lines: ContactLines) -> FloatArray:
         """Return the normal approach (n, n) in m/N at every slice under unit friction at each, both gears.
 
@@ -316,8 +322,7 @@ class Engagement:
         force = np.zeros(len(deflection))
         for flank, sign in ((DRIVE, 1.0), (BACK, -1.0)):
             approach = deflection if flank == DRIVE else -(deflection + self.pair.backlash)
-            lines, phase = self._lines_and_phase(angle, flank)
-            gap = phase.gap if self.deviations is None else phase.gap + self.deviation_gap(lines, 0)
+            lines, gap, phase = self._lines_gap_and_phase(angle, flank)
             closed = np.flatnonzero(approach > gap.min(initial=np.inf))
             closed = closed[np.argsort(approach[closed])]  # each solution starts the next one
             if len(closed):
@@ -332,8 +337,7 @@ class Engagement:
 
         It is 0 without micro-geometry and misalignment.
         """
-        lines = self.lines(angle, flank)
-        return float(self.gap(lines).min())
+        return float(self._lines_gap_and_phase(angle, flank)[1].min())
 
 
 def close_edges(engagement: Engagement, drive: float, back: float = 0.0) -> Engagement:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
+from math import ceil, floor, log2
 
 import numpy as np
 
@@ -15,14 +16,12 @@ from nvhchain.gear.compliance.flank_compliance import FlankCompliance, flank_com
 from nvhchain.gear.contact.engagement import Engagement, close_edges, engaged_reach
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
-from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, compute_blocks, loaded_mesh
+from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, compute_blocks
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.kinds import checked
 
-_CARRIED = 1.25
-"""Smallest force on the back flank over the nominal one; angles between those that are tried may carry less."""
-_EXTENSIONS = 12
-"""Largest number of extensions of the back flank's deflections, by a quarter each."""
+_STIFFEST = 1e-10
+"""Deflection per force (m/N) from which the deflections of a law are sought; few gears are stiffer."""
 
 
 @checked
@@ -181,60 +180,70 @@ def _force_rows(engagement: Engagement, angles: FloatArray, deflection: FloatArr
     return np.array([engagement.mesh_force(angle, deflection) for angle in angles])
 
 
+def law_load(force: float) -> float:
+    """Return the load (N) whose mesh law serves a force (N) of either sign: the next power of two.
+
+    Laws differ only in their range of deflections.  Forces up to a load share one.  What is no load stays as it is.
+    """
+    return float(2.0 ** ceil(log2(abs(force)))) if 0.0 < abs(force) < np.inf else abs(force)
+
+
 def deflection_grid(engagement: Engagement, nominal_force: float, angle: FloatArray) -> FloatArray:
     """Return deflections (m) from the back flank through the gap to the drive flank, densest at first contact.
 
-    The softest angle sets the range, so that the drive flank carries `drive_reach` times the nominal force.  It is
-    searched among the phases of a mesh period, on teeth spread over the body period.  The softest phase is then
-    searched on all teeth.  Where the two effects do not add up, an angle between may carry some thousandths less.  The
-    back flank reaches `back_reach` times the nominal force.
+    Beyond first contact they are powers of two in µm and steps between these, for every load the same.  Below the
+    lowest one steps are even.  They end where the softest angle carries `drive_reach` or `back_reach` times the nominal
+    force.
     """
     fidelity = engagement.fidelity
-    phases = min(fidelity.angles_per_mesh, len(angle))
-    mesh_angles = angle.reshape(-1, phases)
-    probes = mesh_angles[np.arange(phases) * len(mesh_angles) // phases, np.arange(phases)]
-    guess, carried = 1e-9 * nominal_force, []
-    for probe in probes:
-        guess = loaded_mesh(engagement, probe, fidelity.drive_reach * nominal_force, guess=guess).deflection
-        carried.append(guess)
-    same_phase = mesh_angles[:, int(np.argmax(carried))]
-    for probe in same_phase:
-        guess = loaded_mesh(engagement, probe, fidelity.drive_reach * nominal_force, guess=guess).deflection
-        carried.append(guess)
-    probes, softest = np.concatenate([probes, same_phase]), max(carried)
-    first, back_contact = (min(engagement.first_contact(probe, flank) for probe in probes) for flank in (DRIVE, BACK))
-    back_contact = -max(engagement.pair.backlash, 0.0) - back_contact
+    mesh_angles = angle.reshape(-1, min(fidelity.angles_per_mesh, len(angle)))
+    first, touch = (min(engagement.first_contact(one, flank) for one in mesh_angles[0]) for flank in (DRIVE, BACK))
+    back = -max(engagement.pair.backlash, 0.0) - touch
     require(
-        first - back_contact > -1e-9,
-        f"misalignment closes the backlash by {1e6 * (back_contact - first):.1f} µm too much, the flanks jam: increase "
+        first - back > -1e-9,
+        f"misalignment closes the backlash by {1e6 * (back - first):.1f} µm too much, the flanks jam: increase "
         "centre_distance or thickness_allowance",
     )
-    total = fidelity.deflections
-    back = max(2, round((total - 2) * fidelity.back_reach / (fidelity.back_reach + fidelity.drive_reach)))
-    drive = total - 2 - back
-    reach = softest - first
-
-    def grading(n: int, reach: float) -> FloatArray:
-        return reach * (np.arange(1, n + 1) / n) ** 1.5
-
-    backwards = back_contact - grading(back, _reach_behind(engagement, nominal_force, probes, back_contact, reach))
-    gap = [back_contact] if first - back_contact > 1e-9 else []
-    return np.concatenate([backwards[::-1], gap, [first], first + grading(drive, reach)])
+    drive_steps = _steps(engagement, mesh_angles, first, fidelity.drive_reach * nominal_force)
+    back_steps = _steps(engagement, mesh_angles, back, -fidelity.back_reach * nominal_force)
+    gap = [back] if first - back > 1e-9 else []
+    return np.concatenate([back - back_steps[::-1], gap, [first], first + drive_steps])
 
 
-def _reach_behind(
-    engagement: Engagement, nominal_force: float, probes: FloatArray, back_contact: float, reach: float
-) -> float:
-    """Return the reach of deflections on the back flank (m), in proportion to that of the drive flank (m).
+def _steps(engagement: Engagement, mesh_angles: FloatArray, start: float, force: float) -> FloatArray:
+    """Return steps (m) beyond the first contact of a flank, until its softest angle carries a force (N).
 
-    It is longer where the back flank is the softer one, by its relief or crowning, and would not carry the force.
+    mesh_angles: (n_mesh, n_phase) wheel angles (rad).
+    start: deflection at first contact (m).
+    force: force at the last step; < 0 on the back flank.
+
+    The softest angle is searched among the phases of a mesh period, on teeth spread over the body period.  The softest
+    phase is then searched on all teeth.
     """
-    fidelity = engagement.fidelity
-    length = reach * fidelity.back_reach / fidelity.drive_reach
-    wanted = _CARRIED * nominal_force
-    for _ in range(_EXTENSIONS):
-        carried = min(-float(engagement.mesh_force(probe, np.array([back_contact - length]))[0]) for probe in probes)
-        if carried >= wanted:
-            break
-        wanted, length = fidelity.back_reach * nominal_force, 1.25 * length
-    return length
+    sign = 1.0 if force > 0 else -1.0
+    steps_per_doubling, doublings = engagement.fidelity.law_steps[0 if force > 0 else 1]
+
+    def least(angles: FloatArray, last: int) -> tuple[float, int]:
+        deflection = np.array([start + sign * _step(last, steps_per_doubling)])
+        carried = [sign * float(engagement.mesh_force(angle, deflection)[0]) for angle in angles]
+        return min(carried), int(np.argmin(carried))
+
+    phases = np.arange(mesh_angles.shape[1])
+    spread = mesh_angles[phases * len(mesh_angles) // len(phases), phases]
+    last = steps_per_doubling * floor(log2(_STIFFEST * abs(force) / 1e-6))
+    while least(spread[:1], last)[0] < abs(force):
+        last += steps_per_doubling
+    phase = least(spread, last)[1]
+    softest = np.append(spread[phase], mesh_angles[least(mesh_angles[:, phase], last)[1], phase])
+    while least(softest, last)[0] >= abs(force):
+        last -= 1
+    while least(softest, last)[0] < abs(force):
+        last += 1
+    lowest = last - doublings * steps_per_doubling
+    even = np.arange(1, steps_per_doubling) / steps_per_doubling * _step(lowest, steps_per_doubling)
+    return np.append(even, [_step(number, steps_per_doubling) for number in range(lowest, last + 1)])
+
+
+def _step(number: int, steps_per_doubling: int) -> float:
+    """Return a step beyond first contact (m); number 0 is 1 µm."""
+    return float(1e-6 * 2.0 ** (number / steps_per_doubling))

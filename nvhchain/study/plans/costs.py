@@ -239,7 +239,9 @@ def _key(case: Case, name: str) -> str:
     for number, stage in enumerate(case.stages):
         if name.endswith(f" {stage.name}"):
             deviations = case.deviations[number] if name.startswith("deviated") else None
-            return fingerprint(case.pairs[number], abs(case.mesh_forces[number]), deviations)
+            force = abs(case.mesh_forces[number])
+            load = force if name.startswith("load distribution") else gear.law_load(force)
+            return fingerprint(case.pairs[number], load, deviations)
     seats: list[Any] = [(bearing.name, bearing.shaft, bearing.z) for bearing in case.bearings]
     axes = [(shaft.name, shaft.axis) for shaft in case.shafts]
     place = (case.field_points, case.air, case.reflecting_plane) if name != "housing" else ()

@@ -106,8 +106,8 @@ def timed_law(configuration: str, number: int, angles_per_mesh: int) -> Record:
 SLICES = (4, 8, 16, 32, 64, 128)
 ANGLES = (12, 24, 48, 96)
 """Per mesh, against `FINE_ANGLES`; between them by the periodic cubic spline."""
-DEFLECTIONS = (8, 12, 16, 24, 40)
-"""Of a law, at `LAW_ANGLES` per mesh."""
+DEFLECTIONS = (1, 2, 3, 4, 8)
+"""Per doubling of the deflection, at `LAW_ANGLES` per mesh."""
 
 
 def grids() -> Record:

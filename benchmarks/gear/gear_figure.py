@@ -23,7 +23,7 @@ def draw(records: dict[str, Record], layers: tuple[int, ...], path: Path) -> Non
         "element layers over the width": _errors({n: records[f"slotted-layers{n}"]["delta"] for n in layers}),
         "slices of a contact line": _errors({int(n): d for n, d in grids["slices"].items()}),
         "angles per mesh period": {int(n): v for n, v in grids["angles"].items()},
-        "deflections of the law": {int(n): v for n, v in grids["deflections"].items()},
+        "deflections of the law per doubling": {int(n): v for n, v in grids["deflections"].items()},
     }
     plane = np.abs(np.subtract(records["slotted-plane"]["delta"], records["slotted-halved"]["delta"])).max()
     mean = np.mean(records["slotted-halved"]["delta"])

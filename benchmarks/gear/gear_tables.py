@@ -69,7 +69,7 @@ def grids_table(record: Record) -> list[str]:
     lines = against_last("Slices, stage 1 slotted, 8 layers", "slices", record["meshes"], record["slices"])
     for what, title in (
         ("angles", f"Angles per mesh, δ between them by a spline, against {FINE_ANGLES}"),
-        ("deflections", f"Deflections of a law of {LAW_ANGLES} angles per mesh, against δ solved directly"),
+        ("deflections", f"Deflections per doubling of a law with {LAW_ANGLES} angles per mesh, against δ solved"),
     ):
         lines += [f"**{title}, stage 1 slotted**", "", f"| {what} | " + " | ".join(record[what]) + " |"]
         lines += ["|---|" + "---:|" * len(record[what])]

@@ -6,13 +6,14 @@ import warnings
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain import acoustics, housing, levels
+from nvhchain import acoustics, gear, housing, levels
 from nvhchain.acoustics.interpolation.nodes import lines_within
 from nvhchain.case import LOADED, OFF, Case, GearboxCase
 from nvhchain.chain.order import run
@@ -121,7 +122,7 @@ def steady_map(
     operators: str | Path | None = None,
     progress: Progress | None = None,
 ) -> SteadyMap:
-    """Compute levels at steady speeds and torques with the mesh laws, housing and transfer vectors of a run.
+    """Compute levels at steady speeds and torques with the housing and the transfer vectors of a run.
 
     Parameters
     ----------
@@ -132,7 +133,7 @@ def steady_map(
     torques : (n_torque,) array_like, optional
         Torques of the input (N m); that of the case by default.
     operators : str or Path, optional
-        Folder of the operators of the run, in which states of one torque share the load on the flanks.
+        Folder of the operators of the run, in which states share mesh laws and the load on the flanks.
     progress : Progress, optional
         Function that receives the finished and the total number of states.
 
@@ -144,14 +145,14 @@ def steady_map(
     Raises
     ------
     InputError
-        If the run has no steady sound of a gearbox, its mesh laws depend on the load beyond their table, or speeds are
-        not positive.
+        If the run has no steady sound of a gearbox, supplied mesh laws end below the load, or speeds are not positive.
 
     Notes
     -----
     Lines whose A-weighted bearing force is 60 dB below the strongest are excluded. The limits of a state are those of
-    `run` at its speed and torque. Options that the case leaves open are modelled as in the run. With
-    `loaded_misalignment`, other torques have mesh laws of their own. States run on as many threads as there are cores.
+    `run` at its speed and torque. Options that the case leaves open are modelled as in the run. Torques have mesh laws
+    of their own beyond the load of those of the run, and with `loaded_misalignment`. States run on as many threads as
+    there are cores.
     """
     case = result.case
     check_states(case, speeds, torques)
@@ -164,7 +165,7 @@ def steady_map(
     unloaded = {each.option: OFF[each.option] for each in decided if each.option in LOADED and not each.stated}
     places = [(i, j) for i in range(len(torque)) for j in range(len(speed))]
 
-    def state(place: tuple[int, int]) -> SteadyState | str:
+    def state(operators: str | Path, place: tuple[int, int]) -> SteadyState | str:
         i, j = place
         operation = replace(case.operation, input_speed=float(speed[j]))
         if torques is not None:
@@ -181,10 +182,11 @@ def steady_map(
         concerning(case.name),
         warnings.catch_warnings(record=True) as given,
         blas_threads(1),
+        TemporaryDirectory() as laws,
         ThreadPoolExecutor(cores()) as threads,
     ):
         warnings.simplefilter("always", AccuracyWarning)
-        for place, found in zip(places, threads.map(state, places), strict=True):
+        for place, found in zip(places, threads.map(partial(state, operators or laws), places), strict=True):
             done += 1
             if progress is not None:
                 progress(done, count)
@@ -219,10 +221,13 @@ def check_states(case: Case, speeds: ArrayLike, torques: ArrayLike | None = None
     require(count <= MOST_POINTS, f"{count} states are more than {MOST_POINTS}: take fewer speeds or torques")
 
 
-def _heard(case: GearboxCase, result: Result, operators: str | Path | None) -> SteadyState:
+def _heard(case: GearboxCase, result: Result, operators: str | Path) -> SteadyState:
     """Return one state, computed at the lines that are heard."""
     assert isinstance(result.case, GearboxCase)
-    same_laws = not case.options.loaded_misalignment or case.static_torque == result.case.static_torque
+    same_laws = case.static_torque == result.case.static_torque or (
+        not case.options.loaded_misalignment
+        and ("mesh_laws" in result.supplied or _law_loads(case) == _law_loads(result.case))
+    )
     laws = result.mesh_laws if same_laws else None
     made = run(case, fidelity=result.fidelity, operators=operators, mesh_laws=laws, housing=result.housing)
     forces, spectrum, vectors, reduced = (
@@ -260,6 +265,11 @@ def _heard(case: GearboxCase, result: Result, operators: str | Path | None) -> S
     assert isinstance(band, ErrorBand)
     origin = shared_inputs(case, reduced, vectors, made.mesh_laws)
     return SteadyState(swing, band.level, band.overall, band.select_place(0), origin)
+
+
+def _law_loads(case: GearboxCase) -> list[float]:
+    """Return the load (N) of the mesh law of every stage."""
+    return [gear.law_load(force) for force in case.mesh_forces]
 
 
 def _ascending(values: ArrayLike, name: str = "torques") -> FloatArray:

@@ -41,7 +41,7 @@ class GearFidelity(Knobs, package="gear"):
     corner_gap: float = knob(60e-6, high=0.1, unit="m", sweep=(30e-6,),
         meaning="unloaded gap up to which contact of tip edges beyond the path of contact is sought; 0: none. Where it "
                 "is too small for the load (`close_edges`) the approach of the flanks is taken instead")
-    drive_reach: float = knob(1.5, low=0.1, high=100.0, sweep=(1.0,),
+    drive_reach: float = knob(2.0, low=0.1, high=100.0, sweep=(1.0, 1.5),
         meaning="least of the largest mesh-law forces on the drive flank, times the load of the law (the next power of "
                 "two above the nominal force)")
     back_reach: float = knob(1.25, low=0.1, high=100.0, sweep=(0.5,),

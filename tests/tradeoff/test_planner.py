@@ -62,7 +62,8 @@ def sweep():
         row("housing.element_size", "0.013", -0.2, 0.4, housing=12.0),
         row("acoustics.precision", "single", 0.0, 0.0, transfer_vectors=7.0),
         row("dynamics.stored_samples_per_period", "2.56", 0.0, 0.0, housing=1.0),
-        row("gear.drive_reach", "1", 0.0, 0.0),
+        row("gear.contact_residual", "1e-05", 0.0, 0.0),
+        row("gear.contact_residual", "1e-07", 0.0, 0.0),
         *(row(knob, value, 0.0, 0.0) for knob, values in CONVERGED.items() for value in values),
         row("preset", "draft", 1.0, 2.5, mesh_law_stage=50.0, housing=20.0),
     )

@@ -22,6 +22,10 @@ from nvhchain.kinds import checked
 USUAL_REACH = 3
 """Coupled neighbours on either side. A pair of contact ratio ε_γ loads teeth up to ⌈ε_γ⌉ − 1 pitches apart."""
 
+_EXCESS = 2.0
+"""Largest harmonic of the openings over what reaches the teeth of the first one; the same openings meshed six times as
+finely reach 1.4."""
+
 _SPRINGS = 0.01
 """Stiffness of the springs of `load_patterns`, relative to the mean diagonal stiffness of the tooth; about that of the
 rim beneath."""
@@ -196,20 +200,39 @@ def _solved(
     mesh = gear_mesh(body, fidelity)
     tooth = condensed_tooth(body.geometry, mesh, body.material, friction=friction)
     patterns, share, strength = load_patterns(tooth, fidelity.load_pattern_tolerance)
-    return (
+    response = body_flexibility(
+        mesh,
         tooth,
-        share,
-        body_flexibility(
-            mesh,
-            tooth,
-            body.material,
-            (patterns, strength),
-            far_tolerance=fidelity.far_pattern_tolerance,
-            sector=body.sector,
-            reach=reach,
-            progress=progress,
-        ),
+        body.material,
+        (patterns, strength),
+        far_tolerance=fidelity.far_pattern_tolerance,
+        sector=body.sector,
+        reach=reach,
+        progress=progress,
     )
+    return tooth, share, _limited_harmonics(body, fidelity, share, response)
+
+
+def _limited_harmonics(body: GearBody, fidelity: GearFidelity, share: FloatArray, response: FloatArray) -> FloatArray:
+    """Return the response (sector, reach + 1, r, r) with no more of each harmonic of openings than reaches the teeth.
+
+    Openings that do not match the columns of the mesh are each meshed in another way.  The n-th harmonic of N equal
+    openings falls by (outer radius of the openings / root radius)^(n N) on its way to the teeth.  What exceeds that by
+    far is an error of the mesh: sidebands at other multiples of the shaft's speed.
+    """
+    cut, count, teeth = body.blank.cutouts, body.blank.symmetry, body.geometry.teeth
+    if cut is None or 2 * fidelity.transverse_refinement * teeth % count == 0:
+        return response
+    turns = count * body.sector // teeth  # of openings in a sector
+    harmonic = np.arange(body.sector // 2 + 1) * pow(turns, -1, body.sector) % body.sector
+    harmonic = np.minimum(harmonic, body.sector - harmonic)
+    spectrum, loads = np.fft.rfft(response, axis=0), share @ share.T
+    size = np.sqrt(np.einsum("ndab,ndab->n", spectrum.conj(), loads @ spectrum @ loads).real)
+    felt = (cut.outer_radius / body.geometry.root_radius) ** (count * (harmonic - 1.0))
+    most = _EXCESS * size[harmonic == 1] * felt
+    wrong = (harmonic > 1) & (size > most)
+    spectrum[wrong] *= (most[wrong] / size[wrong])[:, None, None, None]
+    return np.asarray(np.fft.irfft(spectrum, body.sector, axis=0))
 
 
 def _friction(normal: FloatArray, sliding: FloatArray, flexibility: FloatArray, own: FloatArray) -> FloatArray:

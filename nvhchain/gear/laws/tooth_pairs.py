@@ -21,8 +21,10 @@ from nvhchain.gear.laws.transmission_error import deflection_at_force
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ToothPairs
 from nvhchain.kinds import checked
 
-SOLVED, TABULATED = 20, 256
+SOLVED, TABULATED = 40, 256
 """Approaches at which a pair is solved, and at which its force is tabulated between them."""
+GRADING = 2.0
+"""Exponent of the spacing of the approaches that are solved, densest at first contact."""
 REACH, EARLY = 1.5, 40e-6
 """Largest approach of a tooth pair over that of the law, and beyond (m): pairs that meet early are pressed further."""
 RESIDUAL = 1e-6
@@ -164,7 +166,7 @@ def solved_alone(
     law, length = _local_laws(pair, pairs, flank, there), np.array(pairs.length[flank])
     number = np.full(there.shape, -1)
     number[there] = np.arange(int(there.sum()))
-    steps = pairs.approach[-1] * (np.arange(SOLVED + 1) / SOLVED) ** 1.5
+    steps = pairs.approach[-1] * (np.arange(SOLVED + 1) / SOLVED) ** GRADING
     first, weight = np.zeros(gap.shape[:3]), np.zeros(gap.shape)
     total = np.zeros((*gap.shape[:3], len(steps)))
     for index in zip(*np.nonzero(there.any(axis=-1)), strict=True):

@@ -57,7 +57,12 @@ BARS = (
         {"draft": 3.0, "standard": 3.0},
     ),
     Bar(
-        "another torque: 200 N m",
+        "another torque: 300 N m, of the same load",
+        ("compare", SOLID, "--set", "operation.input_torque=300"),
+        {"draft": 3.0, "standard": 3.0},
+    ),
+    Bar(
+        "another torque: 200 N m, of half the load",
         ("compare", SOLID, "--set", "operation.input_torque=200"),
         {"draft": 3.0, "standard": 3.0},
     ),

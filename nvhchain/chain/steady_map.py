@@ -150,9 +150,9 @@ def steady_map(
     Notes
     -----
     Lines whose A-weighted bearing force is 60 dB below the strongest are excluded. The limits of a state are those of
-    `run` at its speed and torque. Options that the case leaves open are modelled as in the run. Torques have mesh laws
-    of their own beyond the load of those of the run, and with `loaded_misalignment`. States run on as many threads as
-    there are cores.
+    `run` at its speed and torque. Options that the case leaves open are modelled as in the run. Torques whose mesh laws
+    differ (`gear.law_load`) have laws of their own, unless laws are supplied. States run on as many threads as there
+    are cores.
     """
     case = result.case
     check_states(case, speeds, torques)
@@ -225,8 +225,7 @@ def _heard(case: GearboxCase, result: Result, operators: str | Path) -> SteadySt
     """Return one state, computed at the lines that are heard."""
     assert isinstance(result.case, GearboxCase)
     same_laws = case.static_torque == result.case.static_torque or (
-        not case.options.loaded_misalignment
-        and ("mesh_laws" in result.supplied or _law_loads(case) == _law_loads(result.case))
+        not case.options.loaded_misalignment and ("mesh_laws" in result.supplied or _laws_alike(case, result.case))
     )
     laws = result.mesh_laws if same_laws else None
     made = run(case, fidelity=result.fidelity, operators=operators, mesh_laws=laws, housing=result.housing)
@@ -267,9 +266,10 @@ def _heard(case: GearboxCase, result: Result, operators: str | Path) -> SteadySt
     return SteadyState(swing, band.level, band.overall, band.select_place(0), origin)
 
 
-def _law_loads(case: GearboxCase) -> list[float]:
-    """Return the load (N) of the mesh law of every stage."""
-    return [gear.law_load(force) for force in case.mesh_forces]
+def _laws_alike(case: GearboxCase, other: GearboxCase) -> bool:
+    """Return True where two torques of a gearbox have the same mesh laws: of the same load, as drawn, not tilted."""
+    loads = ([gear.law_load(force) for force in one.mesh_forces] for one in (case, other))
+    return next(loads) == next(loads) and not case.options.tilt and not any(case.deviations)
 
 
 def _ascending(values: ArrayLike, name: str = "torques") -> FloatArray:

@@ -23,7 +23,7 @@ class GearFidelity(Knobs, package="gear"):
     angles_per_mesh: int = knob(low=2, high=10_000, sweep=(24, 48, 96),
         meaning="mesh-law angles per mesh period, which hold half as many harmonics")
     deflections_per_doubling: int = knob(low=1, high=100, sweep=(2, 3, 4),
-        meaning="mesh-law deflections while the deflection doubles; half as many on the back flank")
+        meaning="mesh-law deflections while the deflection doubles; about half as many on the back flank")
     contact_residual: float = knob(1e-10, low=1e-13, high=1e-4, sweep=(1e-5, 1e-7),
         meaning="admissible residual of the complementarity problem, relative to the deflection scale")
     transverse_refinement: int = knob(1, low=1, high=16, sweep="1 is its coarsest value",
@@ -41,11 +41,11 @@ class GearFidelity(Knobs, package="gear"):
     corner_gap: float = knob(60e-6, high=0.1, unit="m", sweep=(30e-6,),
         meaning="unloaded gap up to which contact of tip edges beyond the path of contact is sought; 0: none. Where it "
                 "is too small for the load (`close_edges`) the approach of the flanks is taken instead")
-    drive_reach: float = knob(2.0, low=0.1, high=100.0, sweep=(1.0, 1.5),
-        meaning="least of the largest mesh-law forces on the drive flank, times the load of the law (the next power of "
-                "two above the nominal force)")
+    drive_reach: float = knob(2.0, low=0.1, high=100.0, sweep=(1.25, 1.5),
+        meaning="force at which a mesh law ends on the drive flank, at its softest angle, over the load of the law, "
+                "the next power of two above the nominal force")
     back_reach: float = knob(1.25, low=0.1, high=100.0, sweep=(0.5,),
-        meaning="the same on the back flank")
+        meaning="force at which a mesh law ends on the back flank, over the load of the law")
     root_refinement: int = knob(4, low=1, high=16, step="root strain", sweep="of root strains only",
         meaning="transverse_refinement of the mesh of one tooth in which root strain is read")
     # fmt: on

@@ -20,6 +20,8 @@ from nvhchain.scene.mechanics import recorded_time
 from nvhchain.scene.planning import planned_steps
 from nvhchain.scene.steps import BEARING_FORCES, HOUSING, MESH_LAWS, PRESSURE, SURFACE_VELOCITY, Scene, Step
 
+LEAST_REACH = 1.2
+"""Least force at which a mesh law ends, over its load: confidence limits ask for forces a tenth above the nominal."""
 FEWEST_ANGLES = 6
 """Smallest number of angles of a mesh law per mesh period.
 
@@ -192,10 +194,10 @@ def _check_mesh_laws(scene: Scene) -> None:
             f"{FEWEST_ANGLES} for a mesh law"
         )
     name, reach = ("drive_reach", knobs.drive_reach) if torque > 0 else ("back_reach", knobs.back_reach)
-    if torque != 0 and reach < 1:
+    if torque != 0 and reach < LEAST_REACH:
         raise InputError(
-            f"gear {name} = {reach:g} ends the mesh laws below the force that {torque:g} N m asks for: at least 1, and "
-            "more where forces swing"
+            f"gear {name} = {reach:g} may end the mesh laws below the forces of {torque:g} N m and of its limits: at "
+            f"least {LEAST_REACH:g}, and more where forces swing"
         )
 
 

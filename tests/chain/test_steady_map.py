@@ -1,6 +1,7 @@
 """Levels at further speeds and torques with the operators of a run: those that a run of its own gives."""
 
 import csv
+import re
 from dataclasses import replace
 from math import pi
 
@@ -8,11 +9,11 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
+from nvhchain import gear
 from nvhchain.chain import steady_map
 from nvhchain.chain.running import OPERATORS
 from nvhchain.cli import main
 from nvhchain.error_band import difference_limits
-from nvhchain.gear import law_load
 from nvhchain.report.sentences import verdict
 from nvhchain.report.steady_states import steady_maps
 
@@ -35,9 +36,9 @@ def test_a_state_of_the_map_has_the_level_of_a_run_at_its_speed_and_torque(cases
     found = steady_map(rounded, [each * pi / 30 for each in rpm], [150.0, 250.0], operators=compared[0] / OPERATORS)
     assert found.level.shape == (2, 2, len(case.field_points))
     assert found.level[1, 1] == pytest.approx(ran[0].overall, abs=0.01)
-    assert law_load(replace(case, operation=replace(case.operation, input_torque=150.0)).mesh_forces[0]) < law_load(
-        case.mesh_forces[0]
-    )
+    assert gear.law_load(
+        replace(case, operation=replace(case.operation, input_torque=150.0)).mesh_forces[0]
+    ) < gear.law_load(case.mesh_forces[0])
     slower = replace(case, operation=replace(case.operation, input_speed=rpm[0] * pi / 30, input_torque=150.0))
     alone = nvh.run(slower, fidelity=coarse, operators=compared[0] / OPERATORS)
     assert found.level[0, 0] == pytest.approx(alone.overall, abs=0.01)
@@ -48,11 +49,25 @@ def test_a_state_of_the_map_has_the_level_of_a_run_at_its_speed_and_torque(cases
     assert found.transmission_error[0, 0] == pytest.approx(np.ptp(error[:, :2], axis=0), rel=1e-6)
 
 
-def test_a_state_beyond_the_mesh_law_is_a_gap_with_its_reason(ran):
-    found = steady_map(ran[0], [200.0], [250.0, 25_000.0])
+def test_a_state_beyond_supplied_mesh_laws_is_a_gap_with_its_reason(ran):
+    found = steady_map(replace(ran[0], supplied=("mesh_laws",)), [200.0], [250.0, 1400.0])
     assert np.isfinite(found.level[0]).all()
     assert np.isnan(found.level[1]).all()
-    assert "25000 N m" in found.failed[0]
+    assert re.match(r"1910 rpm, 1400 N m: .*of the mesh law with teeth .* which ends at", found.failed[0])
+
+
+@pytest.mark.parametrize(("torque", "loads"), [(251.0, []), (240.0, [16384.0, 16384.0])])
+def test_torques_of_one_load_take_the_laws_of_the_run_and_others_their_own(ran, monkeypatch, torque, loads):
+    """The second stage has 16.5 kN at 250 N m. Without a folder of operators laws are kept for the map."""
+    computed, mesh_law = [], gear.mesh_law
+
+    def watched(pair, **named):
+        computed.append(named["nominal_force"])
+        return mesh_law(pair, **named)
+
+    monkeypatch.setattr(gear, "mesh_law", watched)
+    assert np.isfinite(steady_map(ran[0], [150.0, 200.0], [torque, 250.0]).level).all()
+    assert computed == loads
 
 
 def test_verdict_table_and_page_hold_the_states(compared, ran, tmp_path):

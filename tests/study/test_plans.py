@@ -493,3 +493,12 @@ def test_the_plan_counts_the_contact_pressure_of_every_gearbox():
         (cost,) = (cost for cost in found if cost.name == "contact pressure stage")
         assert cost.times == 7
         assert cost.seconds == pytest.approx(seconds, rel=0.3)
+
+
+def test_torques_of_one_load_share_the_mesh_law_and_nothing_else_of_the_gears():
+    """60 and 80 N m press the flanks with 2.4 and 3.2 kN; both take the law of 4.1 kN."""
+    seed = Parameter("seed", ("gears.pinion.deviations.seed",), values=(1,))
+    study = Study(SMALL.with_name("class_6.toml"), (seed,), torques=(60.0, 80.0), responses=("contact_pressure",))
+    times = {cost.name: cost.times for cost in costs(study, nvh.DRAFT)}
+    assert times["mesh law stage"] == 1
+    assert times["deviated law stage"] == times["contact pressure stage"] == 2

@@ -23,8 +23,8 @@ USUAL_REACH = 3
 """Coupled neighbours on either side. A pair of contact ratio ε_γ loads teeth up to ⌈ε_γ⌉ − 1 pitches apart."""
 
 _EXCESS = 2.0
-"""Largest harmonic of the openings over what reaches the teeth of the first one; the same openings meshed six times as
-finely reach 1.4."""
+"""Admissible size of a harmonic of openings, over the first one times its decay. Slots meshed six times as finely reach
+1.4."""
 
 _SPRINGS = 0.01
 """Stiffness of the springs of `load_patterns`, relative to the mean diagonal stiffness of the tooth; about that of the
@@ -227,7 +227,8 @@ def _limited_harmonics(body: GearBody, fidelity: GearFidelity, share: FloatArray
     harmonic = np.arange(body.sector // 2 + 1) * pow(turns, -1, body.sector) % body.sector
     harmonic = np.minimum(harmonic, body.sector - harmonic)
     spectrum, loads = np.fft.rfft(response, axis=0), share @ share.T
-    size = np.sqrt(np.einsum("ndab,ndab->n", spectrum.conj(), loads @ spectrum @ loads).real)
+    power = np.einsum("ndab,ndab->n", spectrum.conj(), loads @ spectrum @ loads).real
+    size = np.sqrt(np.maximum(power, 0.0))
     felt = (cut.outer_radius / body.geometry.root_radius) ** (count * (harmonic - 1.0))
     most = _EXCESS * size[harmonic == 1] * felt
     wrong = (harmonic > 1) & (size > most)

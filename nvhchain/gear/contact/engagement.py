@@ -311,8 +311,9 @@ class Engagement:
             worst = np.unravel_index(np.argmax(excess), excess.shape)
             raise SolverError(
                 f"contact half width reaches {1e3 * width[worst]:.3g} mm where the tooth's centre line lies "
-                f"{1e3 * lines.depth.min(axis=0)[worst[1]]:.3g} mm deep: too much for the local law; lower the load (a "
-                "mesh law goes to drive_reach times the nominal one) or make the tips thicker (tip_radius, addendum)"
+                f"{1e3 * lines.depth.min(axis=0)[worst[1]]:.3g} mm deep: too much for the local law; lower the load or "
+                "drive_reach (a mesh law goes to that times the next power of two of the force), or make the tips "
+                "thicker (tip_radius, addendum)"
             )
         return forces
 

@@ -67,7 +67,6 @@ def mesh_law(
     -----
     Compliances are computed anew where the load closes edges beyond their reach (`close_edges`).
     """
-    require(0 < nominal_force < np.inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
     angle = body_period_angles(pair, fidelity)
     blocks = angle_blocks(angle)
     teeth = 0 if compliances or fidelity.bodies == "analytic" else pair.pinion.sector + pair.wheel.sector
@@ -183,18 +182,20 @@ def _force_rows(engagement: Engagement, angles: FloatArray, deflection: FloatArr
 def law_load(force: float) -> float:
     """Return the load (N) whose mesh law serves a force (N) of either sign: the next power of two.
 
-    Laws differ only in their range of deflections.  Forces up to a load share one.  What is no load stays as it is.
+    Laws of one pair differ only in their range of deflections.  Forces between two powers of two share one.  0, inf and
+    nan are returned unchanged.
     """
     return float(2.0 ** ceil(log2(abs(force)))) if 0.0 < abs(force) < np.inf else abs(force)
 
 
 def deflection_grid(engagement: Engagement, nominal_force: float, angle: FloatArray) -> FloatArray:
-    """Return deflections (m) from the back flank through the gap to the drive flank, densest at first contact.
+    """Return deflections (m) from the back flank through the gap to the drive flank.
 
-    Beyond first contact they are powers of two in µm and steps between these, for every load the same.  Below the
-    lowest one steps are even.  They end where the softest angle carries `drive_reach` or `back_reach` times the nominal
-    force.
+    Beyond first contact they are even up to a power of two in µm, then in equal ratios.  They end where the softest
+    angle carries `drive_reach` or `back_reach` times the nominal force.  Angles between those that are tried may carry
+    less.
     """
+    require(0 < nominal_force < np.inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
     fidelity = engagement.fidelity
     mesh_angles = angle.reshape(-1, min(fidelity.angles_per_mesh, len(angle)))
     first, touch = (min(engagement.first_contact(one, flank) for one in mesh_angles[0]) for flank in (DRIVE, BACK))
@@ -215,7 +216,7 @@ def _steps(engagement: Engagement, mesh_angles: FloatArray, start: float, force:
 
     mesh_angles: (n_mesh, n_phase) wheel angles (rad).
     start: deflection at first contact (m).
-    force: force at the last step; < 0 on the back flank.
+    force: least force at the last step; < 0 on the back flank.
 
     The softest angle is searched among the phases of a mesh period, on teeth spread over the body period.  The softest
     phase is then searched on all teeth.
@@ -231,8 +232,10 @@ def _steps(engagement: Engagement, mesh_angles: FloatArray, start: float, force:
     phases = np.arange(mesh_angles.shape[1])
     spread = mesh_angles[phases * len(mesh_angles) // len(phases), phases]
     last = steps_per_doubling * floor(log2(_STIFFEST * abs(force) / 1e-6))
-    while least(spread[:1], last)[0] < abs(force):
+    while least(spread[:1], last + steps_per_doubling)[0] < abs(force):
         last += steps_per_doubling
+    while least(spread[:1], last)[0] < abs(force):
+        last += 1
     phase = least(spread, last)[1]
     softest = np.append(spread[phase], mesh_angles[least(mesh_angles[:, phase], last)[1], phase])
     while least(softest, last)[0] >= abs(force):

@@ -240,7 +240,7 @@ def _key(case: Case, name: str) -> str:
         if name.endswith(f" {stage.name}"):
             deviations = case.deviations[number] if name.startswith("deviated") else None
             force = abs(case.mesh_forces[number])
-            load = force if name.startswith("load distribution") else gear.law_load(force)
+            load = gear.law_load(force) if name.startswith("mesh law") else force
             return fingerprint(case.pairs[number], load, deviations)
     seats: list[Any] = [(bearing.name, bearing.shaft, bearing.z) for bearing in case.bearings]
     axes = [(shaft.name, shaft.axis) for shaft in case.shafts]

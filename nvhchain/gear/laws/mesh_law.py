@@ -20,8 +20,8 @@ from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angl
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.kinds import checked
 
-_STIFFEST = 1e-10
-"""Deflection per force (m/N) from which the deflections of a law are sought; few gears are stiffer."""
+_STIFFEST = 1e-11
+"""Deflection per force (m/N) from which the deflections of a law are sought; no gear is stiffer."""
 
 
 @checked
@@ -238,8 +238,6 @@ def _steps(engagement: Engagement, mesh_angles: FloatArray, start: float, force:
         last += 1
     phase = least(spread, last)[1]
     softest = np.append(spread[phase], mesh_angles[least(mesh_angles[:, phase], last)[1], phase])
-    while least(softest, last)[0] >= abs(force):
-        last -= 1
     while least(softest, last)[0] < abs(force):
         last += 1
     lowest = last - doublings * steps_per_doubling

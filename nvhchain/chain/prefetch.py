@@ -33,6 +33,7 @@ from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, cores, granted
 from nvhchain.scene import Scene, decided, planned_steps, preflight
+from nvhchain.scene.mechanics import law_knobs
 from nvhchain.scene.planned import PlannedStep
 from nvhchain.scene.steps import HOUSING, MESH_LAWS, TRANSFER_VECTORS
 
@@ -184,7 +185,8 @@ def _laws_ahead(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Pat
         planned = {one.result: one for one in planned_steps(Scene(case, fidelity)) if one.result not in cached}
         others += [one for one in planned.values() if one.step in (HOUSING, TRANSFER_VECTORS)]
         for stage, (drawn, pair, force) in enumerate(zip(case.stages, case.pairs, case.mesh_forces, strict=True)):
-            result, inputs = MESH_LAWS.file_of(drawn.name), fingerprint(drawn.name, pair, gear.law_load(force))
+            knobs = law_knobs(case, stage, fidelity.gear)
+            result, inputs = MESH_LAWS.file_of(drawn.name), fingerprint(drawn.name, pair, gear.law_load(force), knobs)
             if result in planned and inputs not in found:  # cases have laws in common
                 laws[number, stage] = planned[result]
                 found.add(inputs)

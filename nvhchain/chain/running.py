@@ -13,7 +13,7 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.chain.loaded import Compliances, balanced, compliances, gear_bodies, loaded_case
 from nvhchain.conventions import Progress
 from nvhchain.dynamics import Gearbox
-from nvhchain.fidelity import Fidelity
+from nvhchain.fidelity import Fidelity, Knobs
 from nvhchain.files.result_cache import ResultCache
 from nvhchain.handoff import MeshLaw, ReducedHousing, ToothPairs
 from nvhchain.scene.steps import HOUSING, Scene, Step
@@ -104,13 +104,15 @@ class Run:
         compute: Callable[[Progress], Any],
         *,
         gear_stage: str = "",
+        knobs: Knobs | None = None,
     ) -> Any:
         """Return the hand-off of a step: cached on disk if its inputs have not changed, else computed.
 
-        `gear_stage` is the name of the gear stage for steps with one hand-off each.
+        `gear_stage` is the name of the gear stage for steps with one hand-off each. `knobs` are those of the scene if
+        omitted.
         """
         cache, name = self._place(step, gear_stage)
-        return cache.cached(name, step.kind, step.code, inputs, compute, fidelity=self.scene.knobs(step))
+        return cache.cached(name, step.kind, step.code, inputs, compute, fidelity=knobs or self.scene.knobs(step))
 
     def cached_in_parts(
         self, step: Step[Any], inputs: Sequence[Any], compute: Callable[[Progress, Path | None], Any]

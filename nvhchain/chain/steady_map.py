@@ -21,9 +21,11 @@ from nvhchain.chain.result import Result
 from nvhchain.conventions import Progress
 from nvhchain.error_band import ErrorBand, difference_limits, shared_inputs, shared_sources
 from nvhchain.errors import AccuracyWarning, InputError, SolverError, concerning, require
+from nvhchain.fidelity import GearFidelity
 from nvhchain.handoff import FieldPressure, FloatArray
 from nvhchain.kinds import checked
 from nvhchain.runtime.threads import blas_threads, cores, granted
+from nvhchain.scene.mechanics import law_knobs
 
 FAINT = 1e-3
 """A-weighted force of a line, relative to the strongest, below which it is not heard: it changes levels by 0.01 dB."""
@@ -224,9 +226,11 @@ def check_states(case: Case, speeds: ArrayLike, torques: ArrayLike | None = None
 def _heard(case: GearboxCase, result: Result, operators: str | Path) -> SteadyState:
     """Return one state, computed at the lines that are heard."""
     assert isinstance(result.case, GearboxCase)
-    same_laws = case.static_torque == result.case.static_torque or (
-        not case.options.loaded_misalignment and ("mesh_laws" in result.supplied or _laws_alike(case, result.case))
+    asked, supplied = result.fidelity.gear, "mesh_laws" in result.supplied
+    same_load = case.static_torque == result.case.static_torque or (
+        not case.options.loaded_misalignment and (supplied or _laws_alike(case, result.case))
     )
+    same_laws = same_load and (supplied or _law_angles(case, asked) == _law_angles(result.case, asked))
     laws = result.mesh_laws if same_laws else None
     made = run(case, fidelity=result.fidelity, operators=operators, mesh_laws=laws, housing=result.housing)
     forces, spectrum, vectors, reduced = (
@@ -270,6 +274,11 @@ def _laws_alike(case: GearboxCase, other: GearboxCase) -> bool:
     """Return True where two torques of a gearbox have the same mesh laws: of the same load, as drawn, not tilted."""
     loads = ([gear.law_load(force) for force in one.mesh_forces] for one in (case, other))
     return next(loads) == next(loads) and not case.options.tilt and not any(case.deviations)
+
+
+def _law_angles(case: GearboxCase, knobs: GearFidelity) -> list[int]:
+    """Return the angles per mesh of the laws of all stages."""
+    return [law_knobs(case, number, knobs).angles_per_mesh for number in range(len(case.stages))]
 
 
 def _ascending(values: ArrayLike, name: str = "torques") -> FloatArray:

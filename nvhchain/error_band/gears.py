@@ -225,16 +225,17 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
         teeth = round(law.period * law.teeth[1] / (2 * np.pi))
         base = case.mesh_orders[stage.name] / teeth
         _, deflection = quasi_static_transmission_error(law, force)
-        held = min(len(deflection), teeth * fidelity.angles_per_mesh) // 2 + 1  # a finer law may stand for it
+        held = len(deflection) // 2 + 1
+        knobs = replace(fidelity, angles_per_mesh=max(1, len(deflection) // teeth))  # more at low speed
         harmonics = (np.abs(np.fft.rfft(deflection)) / len(deflection))[:held]
         count = min(int(highest / base) + 1, FINEST)
         meshing = harmonics[teeth::teeth]
         if any(gear.geometry.micro != MicroGeometry() for gear in (pinion, wheel)):
             meshing = np.maximum(meshing, _compliance_harmonics(law, force)[teeth:held:teeth])
-        error = contact_error(wheel.geometry, fidelity, _kinks(meshing, max(held, count) // teeth + 2))
+        error = contact_error(wheel.geometry, knobs, _kinks(meshing, max(held, count) // teeth + 2))
         error *= meshing.max(initial=0.0) / max(harmonics[teeth::teeth].max(initial=0.0), 1e-300)
-        ripple = layer_ripple(wheel.geometry, fidelity, len(error))
-        own, wrong = _law_spectrum(harmonics, teeth, error, ripple, fidelity, count)
+        ripple = layer_ripple(wheel.geometry, knobs, len(error))
+        own, wrong = _law_spectrum(harmonics, teeth, error, ripple, knobs, count)
         table = _table_error(law, force, deflection, teeth)[:held] / harmonics[0]
         wrong[: len(table)] = np.hypot(wrong[: len(table)], table)
         spectra.append((base, own, wrong))

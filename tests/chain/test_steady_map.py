@@ -124,3 +124,14 @@ def test_states_that_cannot_be_are_refused_before_anything_is_computed(request, 
     assert code == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_slow_state_takes_the_finer_law_of_its_speed(cases, compared, coarse, ran):
+    """At 573 rpm the band holds six harmonics of the first stage, more than a third of 16 angles."""
+    slow = replace(cases[0], operation=replace(cases[0].operation, input_speed=60.0))
+    alone = nvh.run(slow, fidelity=coarse, operators=compared[0] / OPERATORS)
+    fast, slower = ([len(law.angle) for law in each.mesh_laws] for each in (ran[0], alone))
+    assert slower == [2 * fast[0], fast[1]]
+    found = steady_map(ran[0], [60.0, 261.8], operators=compared[0] / OPERATORS)
+    assert found.level[0, 0] == pytest.approx(alone.overall, abs=0.01)
+    assert found.level[0, 1] == pytest.approx(ran[0].overall, abs=0.01)

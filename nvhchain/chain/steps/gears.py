@@ -8,8 +8,10 @@ from typing import Any, TypeVar
 from nvhchain import gear
 from nvhchain.chain.running import Run
 from nvhchain.conventions import Progress
+from nvhchain.fidelity import GearFidelity
 from nvhchain.files.result_cache import fingerprint
 from nvhchain.handoff import HandOff, LoadDistribution, MeshLaw, ToothPairs
+from nvhchain.scene.mechanics import law_knobs
 from nvhchain.scene.steps import LOAD_DISTRIBUTIONS, MESH_LAWS, Step
 
 H = TypeVar("H", bound=HandOff)
@@ -31,7 +33,8 @@ def mesh_law(run: Run, number: int) -> MeshLaw:
     """
     if number not in run.laws_as_drawn:
         load = gear.law_load(run.loaded.mesh_forces[number])
-        run.laws_as_drawn[number] = _stage_hand_off(run, MESH_LAWS, gear.mesh_law, number, load)
+        knobs = law_knobs(run.gearbox, number, run.fidelity.gear)
+        run.laws_as_drawn[number] = _stage_hand_off(run, MESH_LAWS, gear.mesh_law, number, load, knobs)
     return run.laws_as_drawn[number]
 
 
@@ -73,7 +76,8 @@ def load_distributions(run: Run) -> tuple[LoadDistribution, ...]:
     """Load distribution along the flanks of every stage; friction and shuttling take it with the deviations."""
     stages = range(len(run.gearbox.stages))
     forces = [abs(force) for force in run.loaded.mesh_forces]
-    drawn = (_stage_hand_off(run, LOAD_DISTRIBUTIONS, gear.load_distribution, each, forces[each]) for each in stages)
+    knobs, compute = run.fidelity.gear, gear.load_distribution
+    drawn = (_stage_hand_off(run, LOAD_DISTRIBUTIONS, compute, each, forces[each], knobs) for each in stages)
     if not run.gearbox.options.load_distribution:
         return tuple(drawn)
     return tuple(_deviated_load(run, number, distribution) for number, distribution in enumerate(drawn))
@@ -119,7 +123,9 @@ def _latest_result(run: Run, name: str, kind: type[H], inputs: Sequence[Any], co
     return found
 
 
-def _stage_hand_off(run: Run, step: Step[Any], compute: Callable[..., Any], number: int, force: float) -> Any:
+def _stage_hand_off(
+    run: Run, step: Step[Any], compute: Callable[..., Any], number: int, force: float, knobs: GearFidelity
+) -> Any:
     case, once = run.loaded, run.compliances[number]
     pair = case.pairs[number]
     return run.cached(
@@ -128,10 +134,11 @@ def _stage_hand_off(run: Run, step: Step[Any], compute: Callable[..., Any], numb
         lambda progress: compute(
             pair,
             nominal_force=force,
-            fidelity=run.fidelity.gear,
+            fidelity=knobs,
             compliances=once(progress),
             executor=run.executor,
             progress=progress,
         ),
         gear_stage=case.stages[number].name,
+        knobs=knobs,
     )

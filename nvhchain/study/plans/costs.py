@@ -15,9 +15,10 @@ from nvhchain import gear
 from nvhchain.case import Case, GearboxCase, load_case
 from nvhchain.error_band.run_up import LINES
 from nvhchain.errors import InputError
-from nvhchain.fidelity import Fidelity
+from nvhchain.fidelity import Fidelity, GearFidelity
 from nvhchain.files.result_cache import fingerprint
 from nvhchain.scene import plan
+from nvhchain.scene.mechanics import law_knobs
 from nvhchain.study.definition import DRAWN, PAIRED, Study
 from nvhchain.study.measuring import can_be_drawn
 from nvhchain.study.parameter import Parameter
@@ -88,7 +89,7 @@ def costs(study: Study, fidelity: Fidelity, most: int = MOST_LOADED) -> list[Cos
     found = []
     for step in steps:
         counter = shared if step.name in ("housing", "transfer vectors") else different
-        times = counter(partial(_key, name=step.name)) if step.step.shared else count_runs(study)
+        times = counter(partial(_key, name=step.name, knobs=fidelity.gear)) if step.step.shared else count_runs(study)
         disk = times * _file_bytes(case, step.name, counts, fidelity) + _body_bytes(
             case, step.name, different, fidelity
         )
@@ -108,7 +109,7 @@ def _contact_pressures(
         seconds, megabytes = PRESSURE_SECONDS * angles, PRESSURE_MEGABYTES[0] + PRESSURE_MEGABYTES[1] * rows
         if rows:
             seconds += PRESSURE_SECONDS * DEVIATED_ANGLES * angles + PRESSURE_ROW_SECONDS * rows
-        times = different(partial(_key, name=f"deviated contact pressure {stage.name}"))
+        times = different(partial(_key, name=f"deviated contact pressure {stage.name}", knobs=fidelity.gear))
         yield Cost(f"contact pressure {stage.name}", times, seconds, megabytes)
 
 
@@ -164,7 +165,6 @@ def _body_key(case: Case, stage: int, place: str) -> str:
 def _file_bytes(case: Case, name: str, counts: Mapping[str, float], fidelity: Fidelity) -> float:
     """Return the estimated size (bytes) of each result of a step, whose parts are among `counts`."""
     triangles, masters, modes = (counts.get(part, 0.0) for part in ("triangles", "masters", "modes"))
-    knobs = fidelity.gear
     if name == "transfer vectors":
         return 16.0 * masters * triangles * len(case.field_points)
     if not isinstance(case, GearboxCase):
@@ -174,6 +174,7 @@ def _file_bytes(case: Case, name: str, counts: Mapping[str, float], fidelity: Fi
     for number, stage in enumerate(case.stages):
         pair = case.pairs[number]
         if name == f"mesh law {stage.name}":
+            knobs = law_knobs(case, number, fidelity.gear)
             angles = lcm(pair.pinion.sector, pair.wheel.sector) * knobs.angles_per_mesh
             pairs = 50.0 * angles * gear.slice_count(pair, knobs) ** 2 if case.deviations[number] else 0.0
             return 14e3 + 8.0 * angles * knobs.deflections + pairs
@@ -232,7 +233,7 @@ def _cases(study: Study, most: int, fixed: Sequence[Parameter]) -> Iterator[Case
             continue
 
 
-def _key(case: Case, name: str) -> str:
+def _key(case: Case, name: str, knobs: GearFidelity) -> str:
     """Return a fingerprint of what a shared step depends on."""
     if not isinstance(case, GearboxCase):
         return fingerprint(case.body, case.frequencies, case.field_points, case.air, case.reflecting_plane)
@@ -240,8 +241,9 @@ def _key(case: Case, name: str) -> str:
         if name.endswith(f" {stage.name}"):
             deviations = case.deviations[number] if name.startswith("deviated") else None
             force = abs(case.mesh_forces[number])
-            load = gear.law_load(force) if name.startswith("mesh law") else force
-            return fingerprint(case.pairs[number], load, deviations)
+            if not name.startswith("mesh law"):
+                return fingerprint(case.pairs[number], force, deviations)
+            return fingerprint(case.pairs[number], gear.law_load(force), law_knobs(case, number, knobs))
     seats: list[Any] = [(bearing.name, bearing.shaft, bearing.z) for bearing in case.bearings]
     axes = [(shaft.name, shaft.axis) for shaft in case.shafts]
     place = (case.field_points, case.air, case.reflecting_plane) if name != "housing" else ()

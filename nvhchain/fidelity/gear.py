@@ -21,7 +21,8 @@ class GearFidelity(Knobs, package="gear"):
     slices: int = knob(low=1, high=2000, sweep=(8, 16, 32),
         meaning="axial slices of a contact line over the face width, or over each axial pitch of a wider face")
     angles_per_mesh: int = knob(low=2, high=10_000, sweep=(24, 48, 96),
-        meaning="mesh-law angles per mesh period, which hold half as many harmonics")
+        meaning="mesh-law angles per mesh period, which hold half as many harmonics; more at slow speeds, where the "
+                "gears are solid")
     deflections_per_doubling: int = knob(low=1, high=100, sweep=(2, 3, 4),
         meaning="mesh-law deflections while the deflection doubles; about half as many on the back flank")
     contact_residual: float = knob(1e-10, low=1e-13, high=1e-4, sweep=(1e-5, 1e-7),

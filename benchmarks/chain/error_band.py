@@ -4,6 +4,7 @@
     python -m benchmarks error_band OUT options      writes docs/measured/chain/error_band_options.md
     python -m benchmarks error_band OUT far          writes docs/measured/chain/error_band_far.md
     python -m benchmarks error_band OUT run-ups      writes docs/measured/chain/error_band_run_ups.md
+    python -m benchmarks error_band OUT limits       writes nvhchain/scene/measured_limits.json, of what is there
 
 Runs the cases named (none: all of `error_band_cases`) at `draft`, `standard` and `reference`, hand-offs in OUT/<preset>
 (found there the next time: one case at a time takes minutes).  Counts, for every case that is there, the lines within
@@ -13,21 +14,26 @@ force and of the surface velocity.
 
 from __future__ import annotations
 
+import datetime
+import json
 import sys
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import nvhchain as nvh
 from benchmarks.chain.error_band_cases import far, fitted, held_out, options, run_ups, speeds
-from benchmarks.publish import publish
+from benchmarks.publish import command, commit, publish
 from nvhchain.case import GearboxCase
 from nvhchain.chain.result import Result
-from nvhchain.error_band import BANDS, ErrorBand, Origin, error_band, force_band, velocity_band
+from nvhchain.error_band import BANDS, NUMERICAL, ErrorBand, Origin, error_band, force_band, velocity_band
 from nvhchain.fidelity import PRESETS
 from nvhchain.handoff import FloatArray
+from nvhchain.scene.expected_limits import MEASURED
 from nvhchain.tradeoff.deviation import REACH, deviation
 
 JUDGED = ("draft", "standard")
@@ -245,6 +251,22 @@ def off(cases: Sequence[GearboxCase], out: Path) -> str:
     return " | ".join(cells)
 
 
+def numerical_limits(cases: Sequence[GearboxCase], preset: str, out: Path) -> dict[str, Any]:
+    """Median and ninth tenth of the limits below and above overall levels (dB), and mean shares of their parts."""
+    falls, rises, shares = [], [], Counter[str]()
+    for case in cases:
+        band = computed(case, preset, out).error_band
+        assert isinstance(band, ErrorBand)
+        band = replace(band, sources={name: error for name, error in band.sources.items() if name in NUMERICAL})
+        low, high = (band.overall - band.level[:, None]).T
+        falls.append(float(np.median(-low)))
+        rises.append(float(np.median(high)))
+        shares.update({name: float(np.median(share)) for name, share, _ in band.parts})
+    tenths = [np.round(np.quantile(each, (0.5, 0.9)), 2).tolist() for each in (falls, rises)]
+    parts = {name: round(share / len(cases), 3) for name, share in shares.most_common() if share >= 0.01 * len(cases)}
+    return {"fall": tenths[0], "rise": tenths[1], "parts": parts}
+
+
 def main() -> None:
     """Run, judge, write."""
     out, names = Path(sys.argv[1]), sys.argv[2:]
@@ -253,6 +275,14 @@ def main() -> None:
             found = {case.name: verdicts(case, out) for case in cases()}
             publish(f"chain/error_band_{mode}", "\n".join(tables({kind: found})) + "\n")
             return
+    if names == ["limits"]:
+        cases = [case for case in (*fitted(), *held_out(), *far()) if there(case, out)]
+        numerical = {preset: numerical_limits(cases, preset, out) for preset in PRESETS}
+        source = f"{datetime.date.today()} at commit {commit()}: {command(sys.argv)}"
+        kept = {"measured": source, "gearboxes": len(cases), "presets": numerical}
+        MEASURED.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+        print(MEASURED.read_text(encoding="utf-8"))
+        return
     if names == ["run-ups"]:
         publish("chain/error_band_run_ups", "\n".join(of_run_ups(out)) + "\n")
         return

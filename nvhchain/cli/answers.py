@@ -99,6 +99,7 @@ def plan_answer(plan: Plan) -> dict[str, Any]:
         "skipped": list(plan.skipped),
         "options": list(plan.options),
         "inputs": list(plan.inputs),
+        "limits": list(plan.limits),
     }
 
 

@@ -54,6 +54,7 @@ class Plan:
     assumptions: assumptions of the case.
     deviations: manufacturing deviations of the stages, and the lines that they ask for.
     inputs: effects of inputs that are rarely known, the largest first.
+    limits: parts of the limits to expect, the largest first.
     cached: names of results in the cache (`chain.cached_results`); their steps take no time.
     """
 
@@ -66,6 +67,7 @@ class Plan:
     assumptions: tuple[str, ...] = ()
     deviations: tuple[str, ...] = ()
     inputs: tuple[str, ...] = ()
+    limits: tuple[str, ...] = ()
     cached: frozenset[str] = frozenset()
 
     def __repr__(self) -> str:
@@ -108,5 +110,7 @@ class Plan:
         lines += [f"  {line}" for line in self.options]
         lines += ["uncertain inputs, over their spread:"] if self.inputs else []
         lines += [f"  {line}" for line in self.inputs]
+        lines += ["95 % limits to expect, the largest part first:"] if self.limits else []
+        lines += [f"  {line}" for line in self.limits]
         lines += [f"in all about {self.seconds:.0f} s of processor time, {self.megabytes:.0f} MB at the peak"]
         return "\n".join(lines)

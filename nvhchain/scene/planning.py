@@ -11,6 +11,7 @@ from nvhchain.case import FIELD_POINT_QUANTITIES, RADIATED, Case, Extent, Gearbo
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.kinds import checked
 from nvhchain.scene.bearing_lines import bearing_lines, deviation_lines
+from nvhchain.scene.expected_limits import limit_lines
 from nvhchain.scene.inputs import input_effects
 from nvhchain.scene.mechanics import (
     dynamics_step,
@@ -75,6 +76,7 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
             case.assumptions,
             deviation_lines(case),
             tuple(effect.line for effect in input_effects(case)),
+            limit_lines(modelled(asked, fidelity), fidelity) if scene.computes_forces else (),
         )
     return Plan(case.name, fidelity.name, steps, _RADIATOR_EXCLUDES)
 

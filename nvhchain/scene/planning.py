@@ -65,7 +65,7 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
     """
     scene = Scene(case, fidelity)
     asked, case, steps = case, scene.case, planned_steps(scene)
-    if isinstance(case, GearboxCase):
+    if isinstance(case, GearboxCase) and isinstance(asked, GearboxCase):
         return Plan(
             case.name,
             fidelity.name,

@@ -251,6 +251,10 @@ def off(cases: Sequence[GearboxCase], out: Path) -> str:
     return " | ".join(cells)
 
 
+NO_LIMIT = 99.9
+"""Distance (dB) of a lower limit that is none."""
+
+
 def numerical_limits(cases: Sequence[GearboxCase], preset: str, out: Path) -> dict[str, Any]:
     """Median and ninth tenth of the limits below and above overall levels (dB), and mean shares of their parts."""
     falls, rises, shares = [], [], Counter[str]()
@@ -259,7 +263,7 @@ def numerical_limits(cases: Sequence[GearboxCase], preset: str, out: Path) -> di
         assert isinstance(band, ErrorBand)
         band = replace(band, sources={name: error for name, error in band.sources.items() if name in NUMERICAL})
         low, high = (band.overall - band.level[:, None]).T
-        falls.append(float(np.median(-low)))
+        falls.append(float(np.median(np.minimum(-low, NO_LIMIT))))
         rises.append(float(np.median(high)))
         shares.update({name: float(np.median(share)) for name, share, _ in band.parts})
     tenths = [np.round(np.quantile(each, (0.5, 0.9)), 2).tolist() for each in (falls, rises)]

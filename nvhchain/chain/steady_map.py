@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -16,16 +16,20 @@ from numpy.typing import ArrayLike
 from nvhchain import acoustics, gear, housing, levels
 from nvhchain.acoustics.interpolation.nodes import lines_within
 from nvhchain.case import LOADED, OFF, Case, GearboxCase
+from nvhchain.chain import steps
 from nvhchain.chain.order import run
 from nvhchain.chain.result import Result
+from nvhchain.chain.running import Run
 from nvhchain.conventions import Progress
 from nvhchain.error_band import ErrorBand, difference_limits, shared_inputs, shared_sources
 from nvhchain.errors import AccuracyWarning, InputError, SolverError, concerning, require
-from nvhchain.fidelity import GearFidelity
-from nvhchain.handoff import FieldPressure, FloatArray
+from nvhchain.files.result_cache import ResultCache
+from nvhchain.handoff import FieldPressure, FloatArray, MeshLaw
 from nvhchain.kinds import checked
 from nvhchain.runtime.threads import blas_threads, cores, granted
+from nvhchain.scene import Scene
 from nvhchain.scene.mechanics import law_knobs
+from nvhchain.scene.steps import HOUSING
 
 FAINT = 1e-3
 """A-weighted force of a line, relative to the strongest, below which it is not heard: it changes levels by 0.01 dB."""
@@ -153,8 +157,8 @@ def steady_map(
     -----
     Lines whose A-weighted bearing force is 60 dB below the strongest are excluded. The limits of a state are those of
     `run` at its speed and torque. Options that the case leaves open are modelled as in the run. Torques whose mesh laws
-    differ (`gear.law_load`) have laws of their own, unless laws are supplied. States run on as many threads as there
-    are cores.
+    differ (`gear.law_load`) have laws of their own, and so have slow speeds, unless laws are supplied. States run on as
+    many threads as there are cores.
     """
     case = result.case
     check_states(case, speeds, torques)
@@ -226,12 +230,10 @@ def check_states(case: Case, speeds: ArrayLike, torques: ArrayLike | None = None
 def _heard(case: GearboxCase, result: Result, operators: str | Path) -> SteadyState:
     """Return one state, computed at the lines that are heard."""
     assert isinstance(result.case, GearboxCase)
-    asked, supplied = result.fidelity.gear, "mesh_laws" in result.supplied
-    same_load = case.static_torque == result.case.static_torque or (
-        not case.options.loaded_misalignment and (supplied or _laws_alike(case, result.case))
+    same_laws = case.static_torque == result.case.static_torque or (
+        not case.options.loaded_misalignment and ("mesh_laws" in result.supplied or _laws_alike(case, result.case))
     )
-    same_laws = same_load and (supplied or _law_angles(case, asked) == _law_angles(result.case, asked))
-    laws = result.mesh_laws if same_laws else None
+    laws = _laws_at_speed(case, result, operators) if same_laws else None
     made = run(case, fidelity=result.fidelity, operators=operators, mesh_laws=laws, housing=result.housing)
     forces, spectrum, vectors, reduced = (
         made.bearing_forces,
@@ -276,9 +278,18 @@ def _laws_alike(case: GearboxCase, other: GearboxCase) -> bool:
     return next(loads) == next(loads) and not case.options.tilt and not any(case.deviations)
 
 
-def _law_angles(case: GearboxCase, knobs: GearFidelity) -> list[int]:
-    """Return the angles per mesh of the laws of all stages."""
-    return [law_knobs(case, number, knobs).angles_per_mesh for number in range(len(case.stages))]
+def _laws_at_speed(case: GearboxCase, result: Result, operators: str | Path) -> Sequence[MeshLaw]:
+    """Return the laws of a result; stages whose laws have other angles at the speed of the case have their own."""
+    laws, knobs = list(result.mesh_laws), result.fidelity.gear
+    if "mesh_laws" in result.supplied:
+        return laws
+    assert isinstance(result.case, GearboxCase)
+    slow = Run(Scene(case, result.fidelity), shared=ResultCache(Path(operators)))
+    slow.hand_offs[HOUSING] = result.housing
+    for number in range(len(laws)):
+        if law_knobs(case, number, knobs) != law_knobs(result.case, number, knobs):
+            laws[number] = steps.mesh_law(slow, number).replace(tilt_ratio=laws[number].tilt_ratio)
+    return laws
 
 
 def _ascending(values: ArrayLike, name: str = "torques") -> FloatArray:

@@ -226,7 +226,7 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
         base = case.mesh_orders[stage.name] / teeth
         _, deflection = quasi_static_transmission_error(law, force)
         held = len(deflection) // 2 + 1
-        knobs = replace(fidelity, angles_per_mesh=max(1, len(deflection) // teeth))  # more at low speed
+        knobs = replace(fidelity, angles_per_mesh=min(max(2, len(deflection) // teeth), 10_000))  # more at low speed
         harmonics = (np.abs(np.fft.rfft(deflection)) / len(deflection))[:held]
         count = min(int(highest / base) + 1, FINEST)
         meshing = harmonics[teeth::teeth]

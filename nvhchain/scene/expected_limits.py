@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from nvhchain.case import GearboxCase
-from nvhchain.fidelity import PRESETS, Fidelity
+from nvhchain.fidelity import PRESETS, Fidelity, Knobs
 from nvhchain.levels import number_text
 from nvhchain.scene.inputs import unknown_effects
 from nvhchain.scene.modelling import Modelling
@@ -17,8 +17,8 @@ from nvhchain.scene.modelling import Modelling
 MEASURED = Path(__file__).with_name("measured_limits.json")
 """Numerical limits of the presets on the gearboxes of the error-band study (`python -m benchmarks error_band`)."""
 
-_COVERAGE = 2.0
-"""Limits count what is excluded with twice its estimate (`nvhchain.error_band.COVERAGE`)."""
+COVERAGE = 2.0
+"""Limits count what is excluded with twice its estimate, as `nvhchain.error_band` does."""
 
 _NAMED = 0.1
 """Least share of the squares of a part that is named."""
@@ -49,7 +49,7 @@ def _numerical(fidelity: Fidelity) -> tuple[float, str]:
     """Return the size (dB) of the numerical part, and its line."""
     presets, count = _measured()["presets"], _measured()["gearboxes"]
     names = list(presets)
-    same = next((name for name in names if PRESETS[name] == fidelity), None)
+    same = next((name for name in names if _knobs(PRESETS[name]) == _knobs(fidelity)), None)
     if same is None:
         known = ", ".join(f"{_range(presets[name], 0)} at {name}" for name in names)
         return presets["draft"]["rise"][
@@ -72,21 +72,38 @@ def _range(found: dict[str, Any], number: int) -> str:
     return f"{number_text(low, '+.1f')}…{number_text(high, '+.1f')} dB"
 
 
+def _knobs(fidelity: Fidelity) -> tuple[Knobs, ...]:
+    return fidelity.gear, fidelity.dynamics, fidelity.housing, fidelity.acoustics
+
+
 def _excluded(decision: Modelling) -> tuple[float, str]:
     """Return the size (dB) of the options that the program excludes, and their line; none without any."""
-    far = decision.excluded_distance_db
-    if far <= 0.0:
+    error = COVERAGE * decision.excluded_error.mean
+    if error <= 0.0:
         return 0.0, ""
-    size = 20.0 * log10(1.0 + _COVERAGE * (10.0 ** (far / 20.0) - 1.0))
-    return size, f"excluded options: about ±{size:.1f} dB; [options] switches them on"
+    return _rise(error), f"excluded options: about {_both(error)}; [options] switches them on"
 
 
 def _inputs(case: GearboxCase) -> tuple[float, str]:
-    """Return the size (dB) of the inputs whose spread the case states, and their line."""
+    """Return the size (dB) of the inputs that limits count, and their line."""
     effects = unknown_effects(case)
-    if not effects:
-        return 0.0, "uncertain inputs: not counted, as the case states no [spread]"
+    largest = max((each.largest_db for each in effects), default=0.0)
+    if largest <= 0.0:
+        why = "the case states no [spread]" if case.spread is None else "their spread changes no level"
+        return 0.0, f"uncertain inputs: not counted, as {why}"
     low, high = (hypot(*(pick(each.low_db, each.high_db, 0.0) for each in effects)) for pick in (min, max))
-    names = " and ".join(each.name for each in effects[:2] if each.largest_db**2 >= _NAMED * effects[0].largest_db ** 2)
-    signed = f"{number_text(-low, '+.1f')} and {number_text(high, '+.1f')} dB"
-    return max(low, high), f"uncertain inputs: about {signed}, most from {names}; a narrower [spread] narrows it"
+    names = " and ".join(each.name for each in effects if each.largest_db**2 >= _NAMED * largest**2)
+    remedy = "the damping of bearings, which the case lacks," if case.spread is None else "a narrower [spread]"
+    changes = f"about {number_text(-low, '+.1f')} and {number_text(high, '+.1f')} dB"
+    return max(low, high), f"uncertain inputs: {changes}, most from {names}; {remedy} narrows it"
+
+
+def _rise(error: float) -> float:
+    """Return the level (dB) of an amplitude with an error over that without."""
+    return 20.0 * log10(1.0 + error)
+
+
+def _both(error: float) -> str:
+    """Return the changes of a level by a relative error of its amplitudes, down and up, in words."""
+    up = number_text(_rise(error), "+.1f")
+    return f"{number_text(_rise(-error), '+.1f')} and {up} dB" if error < 1.0 else f"{up} dB, without lower limit"

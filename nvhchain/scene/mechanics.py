@@ -62,8 +62,8 @@ _SECONDS_PER_DEVIATED_SLICE, _SECONDS_PER_DEVIATED = 2.2e-7, 3.2e-7
 _COPIES = 14
 _DISTRIBUTION_RATIO = 1.9
 """Seconds of the law of a draw with its load distribution, over those of the law."""
-_MOST_ANGLES = 1024
-"""Largest number of angles of a mesh law to which slow speeds refine it.
+_MOST_ANGLES, _USUAL_SLICES = 512, 32
+"""Largest number of angles of a mesh law to which slow speeds refine it, and of its slices at that number.
 
 Gears with openings have more. Twice as many would take 10 s, for limits of 12 in place of 15 dB at 500 rpm.
 """
@@ -76,12 +76,14 @@ def law_knobs(case: GearboxCase, number: int, knobs: GearFidelity) -> GearFideli
     knobs: those of the fidelity.
 
     A law holds half as many harmonics as angles, the last ones with large errors. The angles are doubled, so that few
-    speeds have laws of their own. A run-up counts with its mean speed, as its slow
-    beginning is quiet. Laws with manufacturing deviations, and those of more than `_MOST_ANGLES`, keep their angles.
+    speeds have laws of their own. A run-up counts with its mean speed, as its slow beginning is quiet. Laws with
+    manufacturing deviations keep their angles, and those that would take long: of more than `_MOST_ANGLES`, of less
+    with many slices.
     """
     speed = sum(case.speeds) / (2.0 * 2.0 * pi)
     harmonics = int(case.band.high / (float(case.mesh_orders[case.stages[number].name]) * speed))
     meshes = case.pairs[number].meshes_per_body_period if case.deviations[number] is None else inf
+    meshes *= max(1.0, gear.slice_count(case.pairs[number], knobs) / _USUAL_SLICES) ** 2
     angles = knobs.angles_per_mesh
     while 3 * harmonics > angles and 2 * angles * meshes <= _MOST_ANGLES:
         angles *= 2

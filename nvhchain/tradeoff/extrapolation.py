@@ -11,6 +11,7 @@ from nvhchain.error_band import COVERAGE
 from nvhchain.error_band.gears import AMPLIFICATION, relative_law_error
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
+from nvhchain.scene.mechanics import law_knobs
 
 MARGIN = 6.4
 """Ratio of the error of the worst mesh harmonic in another case to that in the swept case.
@@ -113,9 +114,11 @@ def open_below(fidelity: Fidelity, case: Case) -> list[float]:
     ramp, case_extent = case.operation.ramp, extent(case)
     turns = max(case.operation.input_speed, ramp.end_speed if ramp is not None else 0.0) / (2 * pi)
     limits = []
-    for stage, width, overlap in zip(case.stages, case_extent["width"], case_extent["overlap"], strict=True):
+    gears = zip(case.stages, case_extent["width"], case_extent["overlap"], strict=True)
+    for number, (stage, width, overlap) in enumerate(gears):
+        knobs = law_knobs(case, number, fidelity.gear)
         highest = case.band.high / (float(case.mesh_orders[stage.name]) * turns)
-        error = COVERAGE * AMPLIFICATION * relative_law_error(width, overlap, fidelity.gear, highest) * highest**2
+        error = COVERAGE * AMPLIFICATION * relative_law_error(width, overlap, knobs, highest) * highest**2
         known = error < 1.0 and fidelity.gear.bodies == "elements"
         limits.append(-20 * log10(1.0 - error) if known else inf)
     return limits

@@ -39,12 +39,30 @@ def test_the_largest_part_stands_first(factor, first):
 
 
 def test_what_is_left_out_is_a_part_with_twice_its_estimate():
+    """An eighth of the amplitude is left out: limits count 25 %, 1.9 dB up and 2.5 dB down."""
     case = small_gearbox()
-    open_options = replace(case, options=replace(case.options, friction="auto", gyroscopic="auto"))
-    decision = modelled(open_options, nvh.DRAFT)
-    (line,) = (line for line in limit_lines(decision, nvh.DRAFT) if line.startswith("excluded options"))
-    size = float(re.search(r"±([\d.]+) dB", line).group(1))
-    assert 0.0 < decision.excluded_distance_db < size < 3 * decision.excluded_distance_db
+    case = replace(case, options=replace(case.options, friction="auto", gyroscopic="auto"))
+    decision = modelled(case, nvh.DRAFT)
+    assert decision.excluded_error.mean > 0.0
+
+    def excluded(mean):
+        some = replace(decision, excluded_error=replace(decision.excluded_error, mean=mean))
+        return [line for line in limit_lines(some, nvh.DRAFT) if line.startswith("excluded options: about ")]
+
+    assert "−2.5 and +1.9 dB" in excluded(0.125)[0]
+    assert "+6.8 dB, without lower limit" in excluded(0.6)[0]
+    assert excluded(0.0) == []
+
+
+def test_a_spread_without_effect_and_bearings_without_damping_say_so():
+    spread = Spread(bearing_stiffness=1.0, damping=1.0, friction=1.0)
+    assert lines(replace(small_gearbox(), spread=spread))[1].endswith("their spread changes no level")
+    assert lines(small_gearbox())[1].endswith("the case states no [spread]")
+    still = tuple(replace(one, radial_damping=0.0, axial_damping=0.0) for one in small_gearbox().bearings)
+    bare = replace(small_gearbox(), bearings=still)
+    assert bare.undamped
+    (line,) = (one for one in lines(bare) if one.startswith("uncertain inputs"))
+    assert "the damping of bearings, which the case lacks, narrows it" in line
 
 
 def test_run_ups_and_forces_alone_have_none():

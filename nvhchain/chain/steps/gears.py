@@ -116,9 +116,10 @@ def _latest_result(run: Run, name: str, kind: type[H], inputs: Sequence[Any], co
     if run.spine.folder is not None:
         return run.spine.cached(name, kind, MESH_LAWS.code, inputs, compute, fidelity=None)
     key = fingerprint(*inputs)
-    if _LATEST.get(name, ("", None))[0] != key:
-        _LATEST[name] = key, run.spine.cached(name, kind, MESH_LAWS.code, inputs, compute, fidelity=None)
-    found = _LATEST[name][1]
+    latest, found = _LATEST.get(name, ("", None))  # other threads may replace it
+    if latest != key:
+        found = run.spine.cached(name, kind, MESH_LAWS.code, inputs, compute, fidelity=None)
+        _LATEST[name] = key, found
     assert isinstance(found, kind)
     return found
 

@@ -135,3 +135,15 @@ def test_a_slow_state_takes_the_finer_law_of_its_speed(cases, compared, coarse, 
     found = steady_map(ran[0], [60.0, 261.8], operators=compared[0] / OPERATORS)
     assert found.level[0, 0] == pytest.approx(alone.overall, abs=0.01)
     assert found.level[0, 1] == pytest.approx(ran[0].overall, abs=0.01)
+
+
+def test_a_slow_state_computes_the_law_of_the_stage_alone_that_asks_for_more_angles(ran, monkeypatch):
+    computed, mesh_law = [], gear.mesh_law
+
+    def watched(pair, **named):
+        computed.append((named["nominal_force"], named["fidelity"].angles_per_mesh))
+        return mesh_law(pair, **named)
+
+    monkeypatch.setattr(gear, "mesh_law", watched)
+    assert np.isfinite(steady_map(ran[0], [60.0, 200.0]).level).all()
+    assert computed == [(gear.law_load(ran[0].case.mesh_forces[0]), 2 * ran[0].fidelity.gear.angles_per_mesh)]

@@ -267,7 +267,8 @@ def _flag(field_name: str, given: Any, _: Any) -> bool:
 
 
 def _unconverted(field_name: str, given: Any, kind: Any) -> Any:
-    require(isinstance(given, kind), f"{field_name} = {str(given)[:60]} must be a {kind.__name__}")
+    if not isinstance(given, kind):  # the text of arrays takes time
+        raise InputError(f"{field_name} = {str(given)[:60]} must be a {kind.__name__}")
     return given
 
 

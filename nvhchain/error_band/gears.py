@@ -20,6 +20,7 @@ from nvhchain.case import GearboxCase
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear import GearGeometry, MicroGeometry, quasi_static_transmission_error
 from nvhchain.handoff import FloatArray, MeshLaw
+from nvhchain.scene.mechanics import law_knobs
 
 LAYER_RIPPLE, LAYER_RIPPLES = 4e-3, 4
 """Ripple of the deflection while a contact line passes from one element layer to the next, over the mean deflection,
@@ -225,8 +226,8 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
         teeth = round(law.period * law.teeth[1] / (2 * np.pi))
         base = case.mesh_orders[stage.name] / teeth
         _, deflection = quasi_static_transmission_error(law, force)
-        held = len(deflection) // 2 + 1
-        knobs = replace(fidelity, angles_per_mesh=min(max(2, len(deflection) // teeth), 10_000))  # more at low speed
+        knobs = law_knobs(case, case.stages.index(stage), fidelity)
+        held = min(len(deflection), teeth * knobs.angles_per_mesh) // 2 + 1  # a finer law may stand for it
         harmonics = (np.abs(np.fft.rfft(deflection)) / len(deflection))[:held]
         count = min(int(highest / base) + 1, FINEST)
         meshing = harmonics[teeth::teeth]

@@ -66,6 +66,7 @@ def test_lists_of_close_orders_and_distances_count_as_tuples():
     assert suspect_error(needles(10), listed) == suspect_error(needles(10), KNOBS)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:surface mesh with elements of")
 def test_needles_are_reported_and_warned_of_with_their_quadrature_error_and_other_meshes_are_not(air):
     with pytest.warns(AccuracyWarning, match=r"needles, .* relative quadrature error of 0.02\d on the surface, 0.002"):

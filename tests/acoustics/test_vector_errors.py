@@ -67,6 +67,7 @@ def truth(air, request):
     return vectors(LINES, air, request.param)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [2, 3, 4, 5])
 def test_the_stated_error_is_that_of_vectors_and_of_modes_that_move_at_random(truth, count, air):
     """Nothing was stated where two to five masters err by 1 to 15 dB.  With a plane the direct and the reflected part

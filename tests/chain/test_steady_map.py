@@ -56,6 +56,7 @@ def test_a_state_beyond_supplied_mesh_laws_is_a_gap_with_its_reason(ran):
     assert re.match(r"1910 rpm, 1400 N m: .*of the mesh law with teeth .* which ends at", found.failed[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("torque", "loads"), [(251.0, []), (240.0, [16384.0, 16384.0])])
 def test_torques_of_one_load_take_the_laws_of_the_run_and_others_their_own(ran, monkeypatch, torque, loads):
     """The second stage has 16.5 kN at 250 N m. Without a folder of operators laws are kept for the map."""

@@ -63,6 +63,7 @@ def test_a_unit_that_does_not_fit_is_refused_with_its_field(shipped, tmp_path, r
     assert tried >= 5
 
 
+@pytest.mark.slow
 def test_changed_values_are_refused_in_one_line_or_load(tmp_path, request):
     text = (request.config.rootpath / SMALL).read_text()
     values = list(re.finditer(r'(?<= = )("[^"]*"|-?[\d.]+|\[[^\[\]{}]*\])', text))

@@ -47,6 +47,7 @@ def finished(tmp_path_factory):
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("environment", [{"PYTHONIOENCODING": "ascii"}, {"PYTHONIOENCODING": "latin-1"}, POSIX])
 def test_characters_that_the_terminal_lacks_are_spelt_out(finished, environment):
     assert printed(finished, **environment) == (0, levels(finished).replace("…", "..."), FOUND)

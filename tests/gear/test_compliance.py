@@ -247,6 +247,7 @@ def test_teeth_farther_than_half_round_are_those_on_the_other_side():
         np.testing.assert_allclose(there, back.T, atol=1e-9 * compliance.blocks.max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("outer_radius", "felt"), [(22e-3, 6), (26e-3, 7)])
 def test_openings_that_do_not_match_the_teeth_leave_few_errors_of_their_meshes(monkeypatch, outer_radius, felt):
     """4 slots under 25 teeth: 50 columns are 12 or 13 for each. 200 columns match."""

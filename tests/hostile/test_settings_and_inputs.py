@@ -115,6 +115,7 @@ def run_elsewhere(out, fidelity, *words, **options):
     return subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, **options)
 
 
+@pytest.mark.slow
 def test_a_run_waits_for_another_in_its_folder(tmp_path):
     with ExitStack() as held:
         held.enter_context(hold_folder(tmp_path))

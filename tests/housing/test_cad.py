@@ -39,6 +39,7 @@ def found(case):
     return case.housing.survey(case, COARSE)
 
 
+@pytest.mark.slow
 def test_seats_bolts_and_walls_of_the_example_are_found(case, found):
     radii = {name: round(1e3 * seat.radius, 6) for name, seat in found.seats.items()}
     assert radii == {"A1": 22.0, "A2": 22.0, "B1": 24.0, "B2": 24.0}

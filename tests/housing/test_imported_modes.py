@@ -75,6 +75,7 @@ def test_faces_move_as_those_of_the_casting(from_file, reduced):
     assert (difference**2 @ area).sum() < 0.1**2 * (reduced.normal_shapes[:count] ** 2 @ area).sum()
 
 
+@pytest.mark.slow
 def test_faces_move_to_six_digits_as_those_of_the_casting_where_edges_have_middles(
     modes, mesh, reduced, casting, fidelity, surface, tmp_path
 ):

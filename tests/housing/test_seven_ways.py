@@ -73,6 +73,7 @@ def imported(request, mesh, casting, fidelity, on_skin, tmp_path_factory):
     return path.name, housing_from_modes(modes, centres, residual_vectors=True, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings(
     "ignore:.*per bending wavelength of walls", "ignore:.*tetrahedra are .* as long as the wall"
 )

@@ -90,6 +90,7 @@ def test_walls_on_the_mounting_plane_stay_on_it():
     assert made.surface.volume == pytest.approx(a * b * c, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_hole_takes_nothing_from_the_outside_of_the_other_walls():
     nodes, quads = outer_quads(*even([WALL / 2] * 3, OUTSIDE - WALL / 2))
     middle = nodes[quads].mean(axis=1)

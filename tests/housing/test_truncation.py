@@ -90,6 +90,7 @@ def modal_flexibility(housing):
     return housing.flat_shapes.T @ (housing.flat_shapes / omega2[:, None])
 
 
+@pytest.mark.slow
 def test_static_flexibility_is_exact_with_any_number_of_modes(made, rich):
     force = np.eye(3 * len(rich.names), dtype=complex)
     still = np.zeros(len(force))

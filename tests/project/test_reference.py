@@ -45,6 +45,7 @@ def test_example_from_plan_to_verdict_runs(tmp_path, monkeypatch, capsys):
     assert "light is 10.0 dB quieter than single-stage" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_examples_of_single_steps_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     page = (ROOT / "docs" / "howto" / "python.md").read_text(encoding="utf-8")

@@ -106,6 +106,7 @@ def test_the_two_quietest_of_several_have_limits_of_their_difference(request, tm
     assert "quietest" not in write_summary(results, tmp_path)
 
 
+@pytest.mark.slow
 def test_the_answer_comes_before_the_figures_and_an_earlier_comparison_leaves_none(request, tmp_path):
     sphere = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
     there = []

@@ -113,6 +113,7 @@ def test_player_holds_the_lines_of_all_designs_at_one_gain(pair):
     assert unpacked(plain["line"])[line] * plain["rate"] / plain["count"] == pytest.approx(1000.0, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed: apt install chromium")
 def test_page_in_a_browser_has_no_errors_and_its_body_moves_turns_and_sounds(pair):
     with Browser(write_page(pair)) as page:
@@ -210,6 +211,7 @@ def test_parts_of_other_records_and_housings_come_with_remarks(pair):
     assert "No mode of plain has a partner of its shape in holed" in remarks[False]
 
 
+@pytest.mark.slow
 def test_on_a_narrow_screen_panels_stand_below_each_other_and_captions_stay_in_sight(pair):
     with Browser(write_page(pair)) as page:
         size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}

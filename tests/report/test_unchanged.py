@@ -151,6 +151,7 @@ def test_only_files_of_the_folder_are_read(name, sphere, written):
     assert unchanged.earlier_summary(out, record["key"]) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     [

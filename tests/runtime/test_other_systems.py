@@ -51,6 +51,8 @@ def test_commands_work_without_the_names_of_linux(arguments, tmp_path):
 def test_a_sweep_measures_without_pipes_that_windows_lacks(tmp_path, monkeypatch):
     """The names are taken away in the measured run, too, which starts with `sitecustomize`."""
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "temporary"))  # without locks, sweeps of other tests would remove its
     code = f"""{TAKEN}
 import select, subprocess
 for name in ("poll", "epoll"):

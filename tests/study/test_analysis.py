@@ -224,6 +224,7 @@ def test_a_parameter_of_one_variant_is_tried_in_that_variant():
     assert running._add_idle(runs, rows)[0].idle == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plan", ["monte_carlo", "latin_hypercube", "sobol", "sensitivity"])
 def test_a_parameter_without_effect_is_named_in_plans_of_draws(plan, tmp_path, monkeypatch):
     """The level follows the damping of the housing, that of a bearing at one speed alone, and not that of a shaft."""

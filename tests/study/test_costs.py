@@ -9,6 +9,7 @@ from nvhchain.study import Parameter, Study, costs
 from nvhchain.testing.coarse_runs import SMALL
 
 
+@pytest.mark.slow
 def test_the_plan_counts_the_contact_pressure_of_every_gearbox():
     """It took 1.4 s over 60 meshes of the single stage, and 0.12 s as drawn."""
     seed = Parameter("seed", ("gears.pinion.deviations.seed",), draw=True)

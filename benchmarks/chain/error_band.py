@@ -283,7 +283,7 @@ def main() -> None:
         cases = [case for case in (*fitted(), *held_out(), *far()) if there(case, out)]
         numerical = {preset: numerical_limits(cases, preset, out) for preset in PRESETS}
         source = f"{datetime.date.today()} at commit {commit()}: {command(sys.argv)}"
-        kept = {"measured": source, "gearboxes": len(cases), "presets": numerical}
+        kept = {"measured": source, "cases": len(cases), "presets": numerical}
         MEASURED.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
         print(MEASURED.read_text(encoding="utf-8"))
         return

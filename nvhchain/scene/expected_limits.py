@@ -15,7 +15,7 @@ from nvhchain.scene.inputs import unknown_effects
 from nvhchain.scene.modelling import Modelling
 
 MEASURED = Path(__file__).with_name("measured_limits.json")
-"""Numerical limits of the presets on the gearboxes of the error-band study (`python -m benchmarks error_band`)."""
+"""Numerical limits of the presets on the cases of the error-band study (`python -m benchmarks error_band`)."""
 
 COVERAGE = 2.0
 """Limits count what is excluded with twice its estimate, as `nvhchain.error_band` does."""
@@ -35,7 +35,7 @@ def limit_lines(decision: Modelling, fidelity: Fidelity) -> tuple[str, ...]:
 
     decision: options of the case after the decision.
 
-    Numerical parts are those of the preset on the gearboxes of a study: the level of a line depends on resonances that
+    Numerical parts are those of the preset on the cases of a study: the level of a line depends on resonances that
     nobody knows before the housing is solved.
     """
     case = decision.case
@@ -47,17 +47,16 @@ def limit_lines(decision: Modelling, fidelity: Fidelity) -> tuple[str, ...]:
 
 def _numerical(fidelity: Fidelity) -> tuple[float, str]:
     """Return the size (dB) of the numerical part, and its line."""
-    presets, count = _measured()["presets"], _measured()["gearboxes"]
+    presets, count = _measured()["presets"], _measured()["cases"]
     names = list(presets)
     same = next((name for name in names if _knobs(PRESETS[name]) == _knobs(fidelity)), None)
     if same is None:
         known = ", ".join(f"{_range(presets[name], 0)} at {name}" for name in names)
-        return presets["draft"]["rise"][
-            0
-        ], f"numerical: not measured with these knobs; on half of {count} gearboxes {known}"
+        line = f"numerical: not measured with these knobs; on half of {count} test cases {known}"
+        return presets["draft"]["rise"][0], line
     found = presets[same]
     causes = [source for source, share in found["parts"].items() if share >= _NAMED]
-    line = f"numerical: {_range(found, 0)} on half of {count} gearboxes at {same}, {_range(found, 1)} on 9 of 10; "
+    line = f"numerical: {_range(found, 0)} on half of {count} test cases at {same}, {_range(found, 1)} on 9 of 10; "
     line += f"most from {' and '.join(causes[:2])}"
     finer = names[names.index(same) + 1 :][:1]
     return found["rise"][0], line + "".join(f"; {_range(presets[name], 0)} at {name}" for name in finer)
@@ -66,7 +65,7 @@ def _numerical(fidelity: Fidelity) -> tuple[float, str]:
 def _range(found: dict[str, Any], number: int) -> str:
     """Return limits below and above a level in words.
 
-    number: 0 for those that half of the gearboxes keep, 1 for 9 of 10.
+    number: 0 for those that half of the cases keep, 1 for 9 of 10.
     """
     low, high = -found["fall"][number], found["rise"][number]
     return f"{number_text(low, '+.1f')}…{number_text(high, '+.1f')} dB"

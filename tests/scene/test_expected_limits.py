@@ -6,10 +6,11 @@ from dataclasses import replace
 import pytest
 
 import nvhchain as nvh
+from nvhchain import error_band
 from nvhchain.case import Ramp, Spread
 from nvhchain.fidelity import PRESETS
 from nvhchain.scene import modelled
-from nvhchain.scene.expected_limits import limit_lines
+from nvhchain.scene.expected_limits import COVERAGE, limit_lines
 from nvhchain.testing.coarse_runs import small_gearbox
 
 
@@ -52,6 +53,7 @@ def test_what_is_left_out_is_a_part_with_twice_its_estimate():
     assert "−2.5 and +1.9 dB" in excluded(0.125)[0]
     assert "+6.8 dB, without lower limit" in excluded(0.6)[0]
     assert excluded(0.0) == []
+    assert COVERAGE == error_band.COVERAGE
 
 
 def test_a_spread_without_effect_and_bearings_without_damping_say_so():

@@ -14,6 +14,7 @@ from nvhchain.gear import Slots
 from nvhchain.scene import plan
 from nvhchain.scene.mechanics import law_knobs
 from nvhchain.testing.coarse_runs import TINY, small_gearbox
+from nvhchain.tradeoff.extrapolation import open_below
 
 ANGLES = TINY.gear.angles_per_mesh
 
@@ -63,3 +64,12 @@ def test_a_slow_speed_is_planned_and_computed_with_a_law_of_finer_angles_which_e
     elements = TINY.gear
     fine, missing = (force_error(case, [law], elements, 300.0).relative(orders) for law in (slow.mesh_laws[0], coarse))
     assert (fine < missing / 3).all()
+
+
+def test_the_planner_judges_the_law_that_a_slow_speed_has():
+    """At 600 rpm the law has 128 angles, whatever 64 alone would leave open."""
+    case = at(small_gearbox(5000.0), 600.0)
+    (fine,) = open_below(nvh.DRAFT, case)
+    (same,) = open_below(replace(nvh.DRAFT, gear=replace(nvh.DRAFT.gear, angles_per_mesh=128)), case)
+    assert law_knobs(case, 0, nvh.DRAFT.gear).angles_per_mesh == 128
+    assert fine == same < np.inf

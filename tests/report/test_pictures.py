@@ -28,9 +28,8 @@ def test_one_kind_of_both_configurations_goes_into_one_figure(compared, drawn, n
 
 
 def test_a_mesh_law_is_a_map_and_several_are_transmission_errors(compared, drawn):
-    laws = sorted((compared[0] / "operators").glob("mesh_law_stage1-*.h5"))
-    assert len(laws) == 2
-    assert drawn(laws[0]).shape != drawn(*laws).shape
+    first, second, *_ = sorted((compared[0] / "operators").glob("mesh_law_stage1-*.h5"))  # maps leave more of them
+    assert drawn(first).shape != drawn(first, second).shape
 
 
 @pytest.mark.slow

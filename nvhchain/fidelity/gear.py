@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
 from nvhchain.fidelity.knob import Knobs, knob
 
@@ -17,7 +18,8 @@ class GearFidelity(Knobs, package="gear"):
 
     profile_elements: int = knob(low=1, high=100, sweep=(2, 4, 6), meaning="quadratic elements along one flank")
     width_layers: int = knob(low=1, high=200, sweep=(4, 6, 8, 10),
-        meaning="element layers over the face width; more where a web is thin")
+        meaning="element layers of a tooth over the face width; more in wide gears (`layer_thickness`), and where a "
+                "web is thin")
     slices: int = knob(low=1, high=2000, sweep=(8, 16, 32),
         meaning="axial slices of a contact line over the face width, or over each axial pitch of a wider face")
     angles_per_mesh: int = knob(low=2, high=10_000, sweep=(24, 48, 96),
@@ -25,6 +27,11 @@ class GearFidelity(Knobs, package="gear"):
                 "gears are solid")
     deflections_per_doubling: int = knob(low=1, high=100, sweep=(2, 3, 4),
         meaning="mesh-law deflections while the deflection doubles; about half as many on the back flank")
+    layer_thickness: float = knob(100.0, low=0.05, high=1000.0, sweep=(1.5, 1.0),
+        meaning="largest thickness of the element layers of a tooth, in normal modules")
+    blank_layers: int = knob(0, low=0, high=200, sweep=(2, 3, 4),
+        meaning="element layers of the blank over the face width, more where a web is thin; each is cut into equal "
+                "ones of the teeth. 0: those of the teeth")
     contact_residual: float = knob(1e-10, low=1e-13, high=1e-4, sweep=(1e-5, 1e-7),
         meaning="admissible residual of the complementarity problem, relative to the deflection scale")
     transverse_refinement: int = knob(1, low=1, high=16, sweep="1 is its coarsest value",
@@ -50,6 +57,16 @@ class GearFidelity(Knobs, package="gear"):
     root_refinement: int = knob(4, low=1, high=16, step="root strain", sweep="of root strains only",
         meaning="transverse_refinement of the mesh of one tooth in which root strain is read")
     # fmt: on
+
+    @property
+    def blank_layer_count(self) -> int:
+        """Element layers of a blank over its face width, without those of a thin web."""
+        return min(self.blank_layers or self.width_layers, self.width_layers)
+
+    def tooth_layers(self, width: float) -> int:
+        """Return the element layers of a tooth over a face width (normal modules), without those of a thin web."""
+        least = max(self.width_layers, ceil(round(width / self.layer_thickness, 6)))
+        return self.blank_layer_count * -(-least // self.blank_layer_count)
 
     @property
     def law_steps(self) -> tuple[tuple[int, int], tuple[int, int]]:

@@ -14,6 +14,7 @@ class FlankFlexibility(HandOff):
     -----
     Points of the flanks are ordered by flank, radius and axial position. A unit force on a point of a flank is the
     patterns times their shares. The compliance of two teeth is shareᵀ · response · share; on one tooth `own` is added.
+    Its points lie at the same radii, and between every two places along the axis there may be further ones.
     """
 
     radius: FloatArray = array("m", "radius", "radii of the flank points", lower_limit=0.0)
@@ -23,8 +24,11 @@ class FlankFlexibility(HandOff):
         "m/N", "tooth, distance, pattern, loaded_pattern=pattern", "response of a tooth to patterns on another one"
     )
     share: FloatArray = array("1", "pattern, point", "share of a pattern in a unit force on a point")
+    tooth_axial: FloatArray = array("m", "tooth_axial", "places along the axis of the points of `own`")
     own: FloatArray = array(
-        "m/N", "point, loaded_point=point", "compliance of a tooth itself, less that of one held on its centre line"
+        "m/N",
+        "tooth_point, loaded_point=tooth_point",
+        "compliance of a tooth itself, less that of one held on its centre line",
     )
 
     def _check(self) -> None:
@@ -37,6 +41,17 @@ class FlankFlexibility(HandOff):
             self.share.shape[1] == points,
             f"FlankFlexibility.share has {self.share.shape[1]} points, but both flanks have {points}",
         )
+        own_points, parts = 2 * len(self.radius) * len(self.tooth_axial), self.parts
+        require(
+            len(self.own) == own_points and len(self.tooth_axial) == parts * (len(self.axial) - 1) + 1,
+            f"FlankFlexibility.own has {len(self.own)} points at {len(self.tooth_axial)} places along the axis: "
+            f"{own_points} points are needed, and as many places between every two of the {len(self.axial)} of `share`",
+        )
+
+    @property
+    def parts(self) -> int:
+        """Intervals of `tooth_axial` in each of `axial`."""
+        return (len(self.tooth_axial) - 1) // max(len(self.axial) - 1, 1) or 1
 
 
 class BodyModes(HandOff):

@@ -24,6 +24,9 @@ from nvhchain.scene.steps import BEARING_FORCES, HOUSING, LOAD_DISTRIBUTIONS, ME
 # docs/measured/chain/plan_knobs.md by benchmarks/chain/plan.py; of gears 0.65 of these seconds, by the shipped sweep.
 _SECONDS_PER_TOOTH = 1.05e-3
 _SECONDS_PER_LOADED_TOOTH = 3.6e-5
+_SECONDS_PER_TOOTH_LAYERS = 3.9e-3
+_LAYER_GROWTH = 1.5
+_PROFILE_GROWTH = 1.2
 _MESH_GROWTH = 0.43
 _REFINED = 1.8
 _WEB_GROWTH = 0.9
@@ -203,19 +206,29 @@ def _lines_seconds(slices: int) -> float:
 def _body_seconds(bodies: Sequence[GearBody], knobs: GearFidelity) -> float:
     """Time (s) of the finite elements of a pair of gears, whose teeth are condensed onto shared nodes, all coupled.
 
-    The number of shared nodes grows with the layers, the size of their stiffness with its square. A finer transverse
-    mesh costs less for that stiffness than for the bricks of the blank, which are factored. Twice the refinement costs
-    2.1 times against 3.3 times.
+    The number of shared nodes grows with the layers of the blank, the size of their stiffness with its square. The
+    teeth have layers of their own. A finer transverse mesh costs less for that stiffness than for the bricks of the
+    blank, which are factored. Twice the refinement costs 2.1 times against 3.3 times.
     """
     if knobs.bodies != "elements":
         return 0.0
+    blank = _blank_knobs(knobs)
     coupled = [
-        body.geometry.teeth * knobs.width_layers**2 * gear.bricks_over_even(body, knobs) ** _WEB_GROWTH
+        body.geometry.teeth * blank.width_layers**2 * gear.bricks_over_even(body, blank) ** _WEB_GROWTH
         for body in bodies
     ]
     loaded = sum((body.sector - 1) * each for body, each in zip(bodies, coupled, strict=True))
     finer = knobs.transverse_refinement**_REFINED * (knobs.profile_elements / knobs.row_aspect) ** _MESH_GROWTH
-    return float(finer * (_SECONDS_PER_TOOTH * sum(coupled) + _SECONDS_PER_LOADED_TOOTH * loaded))
+    layers = [knobs.tooth_layers(body.geometry.face_width / body.geometry.normal_module) for body in bodies]
+    profile = (knobs.transverse_refinement * knobs.profile_elements) ** _PROFILE_GROWTH
+    teeth = profile * sum(count**_LAYER_GROWTH for count in layers)
+    seconds = finer * (_SECONDS_PER_TOOTH * sum(coupled) + _SECONDS_PER_LOADED_TOOTH * loaded)
+    return float(seconds + _SECONDS_PER_TOOTH_LAYERS * teeth)
+
+
+def _blank_knobs(knobs: GearFidelity) -> GearFidelity:
+    """Return the knobs of a gear's blank."""
+    return replace(knobs, width_layers=knobs.blank_layer_count)
 
 
 def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
@@ -228,7 +241,8 @@ def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
     if isinstance(body.blank, VolumeMesh):
         return _MEGABYTES_PER_UNKNOWN * 3 * len(body.blank.nodes)
     rows, refined = knobs.profile_elements / knobs.row_aspect, knobs.transverse_refinement**_REFINED_MEMORY
-    coupled = body.geometry.teeth * knobs.width_layers**2 * gear.bricks_over_even(body, knobs) ** _WEB_MEMORY_GROWTH
+    blank = _blank_knobs(knobs)
+    coupled = body.geometry.teeth * blank.width_layers**2 * gear.bricks_over_even(body, blank) ** _WEB_MEMORY_GROWTH
     tooth_megabytes = (
         _MEGABYTES_PER_ALIKE_TOOTH * rows if body.sector == 1 else _MEGABYTES_PER_TOOTH * rows**_MEMORY_GROWTH
     )

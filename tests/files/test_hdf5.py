@@ -64,7 +64,7 @@ EXAMPLES = [
         *(np.ones((2, 2, 1, 1)), np.ones((2, 2, 1, 1)), np.ones((2, 2, 1, 1, 1)), [0, 1]),
     ),
     BodyModes([2e3, 3e3], [0, 1], [0.0, 0.2], np.full((2, 3), 0.1 + 0.2j), np.full((2, 3), 0.3j)),
-    FlankFlexibility([0.06, 0.07], [0.0], 50, np.ones((5, 2, 3, 3)), np.ones((3, 4)), np.eye(4)),
+    FlankFlexibility([0.06, 0.07], [0.0], 50, np.ones((5, 2, 3, 3)), np.ones((3, 4)), [0.0], np.eye(4)),
     LoadDistribution([0.0, 0.1], 0.2, [0.5, -0.2], [0.01, 0.02], [1e-3, -1e-3], 5e3, 1.65),
     MeshPeriod(
         LoadDistribution([0.0, 0.1], 0.2, [0.5, -0.2], [0.01, 0.02], [1e-3, -1e-3], 5e3, 1.65), [1e-5, 2e-5], 4e8

@@ -27,6 +27,7 @@ FINE_PATTERNS = dataclasses.replace(
     DRAFT.gear,
     profile_elements=2,
     width_layers=2,
+    layer_thickness=100.0,
     load_pattern_tolerance=1e-12,
     far_pattern_tolerance=0.0,
     row_aspect=2.0,

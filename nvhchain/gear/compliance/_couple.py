@@ -18,7 +18,10 @@ def couple(
     weight: np.ndarray,
     total: np.ndarray,
 ) -> None:
-    """Fill the rows of the compliance under points of the same and of later teeth; the rest follows by symmetry."""
+    """Fill the rows of the compliance under points of the same and of later teeth; the rest follows by symmetry.
+
+    Teeth farther apart than the coefficients reach get nothing.
+    """
     n, support = index.shape
     sector = len(place)
     size = coefficients.shape[2]
@@ -31,7 +34,7 @@ def couple(
             while end < n and tooth[end] == tooth[start]:
                 end += 1
             distance = tooth[start] - tooth[i]
-            if distance >= 0:
+            if 0 <= distance < coefficients.shape[1]:
                 block = coefficients[held, distance]
                 row[:] = 0.0
                 for p in range(support):

@@ -15,6 +15,7 @@ from nvhchain.gear.compliance.imported_compliance import imported_compliance
 from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, condensed_tooth
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
+from nvhchain.gear.elements.finer_tooth import finer_tooth
 from nvhchain.gear.elements.gear_mesh import gear_mesh
 from nvhchain.handoff import FlankFlexibility, FloatArray, IntArray
 from nvhchain.kinds import checked
@@ -44,6 +45,8 @@ class FlankCompliance:
     held: teeth of the sector that `blocks` contains, rising; all by default.  `select_teeth` selects them.
     friction (sector, 2 reach + 1, 2, n_p n_w, n_p n_w): compliance under friction (m/N) by tooth, distance in teeth and
         flank.
+    tooth_axial (n_a,): axial positions of the points of `own` (m), among them those of the grid.
+    own (2, n_p n_a, n_p n_a): part of the compliance of a tooth at more points, by flank (m/N).
 
     Raises InputError if the shape of `blocks` or the sector does not fit.
 
@@ -64,6 +67,9 @@ class FlankCompliance:
     subtracted, in `blocks` and `friction`.  The rest is smooth over the flank and does not depend on the mesh size.
     The local part is computed by the contact (Weber–Banaschek with depth `GearGeometry.depth_to_centre_line`).
 
+    A tooth's own part, with its foot held, changes over shorter distances along the axis than what passes through the
+    foot. `blocks` contains it at the points of the grid. Where `own` is given, it is read there between them.
+
     Teeth t and t + sector are alike, and C(t, u) = C(u, t)ᵀ; `block` therefore serves any two teeth within reach.
     """
 
@@ -74,6 +80,8 @@ class FlankCompliance:
     blocks: FloatArray
     held: tuple[int, ...] | None = None
     friction: FloatArray | None = None
+    tooth_axial: FloatArray | None = None
+    own: FloatArray | None = None
 
     def __post_init__(self) -> None:
         n_p, n_w = len(self.radius), len(self.axial)
@@ -149,13 +157,8 @@ def flank_compliance(
         )
     if not friction:
         return compliance_at_points(flank_flexibility(body, fidelity, reach=reach, progress=progress))
-    tooth, share, flexibility = _solved(body, fidelity, reach, friction, progress)
-    n = tooth.own.shape[0]
-    normal, sliding = share[:, :n], share[:, n:]
-    axial = tooth.axial + body.offset
-    found = FlankFlexibility(tooth.radius, axial, body.geometry.teeth, flexibility, normal, tooth.own)
-    assert tooth.own_friction is not None
-    friction_blocks = _friction(normal, sliding, flexibility, tooth.own_friction)
+    found, sliding, own_friction = _solved(body, fidelity, reach, friction, progress)
+    friction_blocks = _friction(found.share, sliding, found.response, own_friction)
     return replace(compliance_at_points(found), friction=friction_blocks)
 
 
@@ -164,8 +167,7 @@ def flank_flexibility(
 ) -> FlankFlexibility:
     """Compute the flexibility of one symmetric sector of a gear without friction, in a form that is small to keep."""
     _check_reach(body, reach)
-    tooth, share, flexibility = _solved(body, fidelity, reach, False, progress)
-    return FlankFlexibility(tooth.radius, tooth.axial + body.offset, body.geometry.teeth, flexibility, share, tooth.own)
+    return _solved(body, fidelity, reach, False, progress)[0]
 
 
 def compliance_at_points(found: FlankFlexibility) -> FlankCompliance:
@@ -173,13 +175,18 @@ def compliance_at_points(found: FlankFlexibility) -> FlankCompliance:
     sector, distances = found.response.shape[:2]
     n_p, n_w = len(found.radius), len(found.axial)
     blocks = found.share.T @ found.response @ found.share
-    blocks[:, 0] += found.own
+    n_a, parts = len(found.tooth_axial), found.parts
+    own = found.own.reshape(2, n_p, n_a, 2, n_p, n_a)
+    blocks[:, 0] += own[:, :, ::parts, :, :, ::parts].reshape(blocks.shape[2:])
+    each = np.stack([own[flank, :, :, flank].reshape(n_p * n_a, -1) for flank in (0, 1)])
     return FlankCompliance(
         radius=found.radius,
         axial=found.axial,
         tooth_count=found.teeth,
         sector=sector,
         blocks=blocks.reshape(sector, distances, 2, n_p, n_w, 2, n_p, n_w),
+        tooth_axial=found.tooth_axial if parts > 1 else None,
+        own=each if parts > 1 else None,
     )
 
 
@@ -195,11 +202,18 @@ def _check_reach(body: GearBody, reach: int) -> None:
 
 def _solved(
     body: GearBody, fidelity: GearFidelity, reach: int, friction: bool, progress: Progress | None
-) -> tuple[CondensedTooth, FloatArray, FloatArray]:
-    """Return the condensed tooth, the shares of its patterns in flank loads, and the response to the patterns."""
-    mesh = gear_mesh(body, fidelity)
-    tooth = condensed_tooth(body.geometry, mesh, body.material, friction=friction)
+) -> tuple[FlankFlexibility, FloatArray, FloatArray]:
+    """Return the flexibility, and under forces along the profile the shares of patterns and a tooth's own compliance.
+
+    Without `friction` the last two have no columns.
+    """
+    mesh = gear_mesh(body, replace(fidelity, width_layers=fidelity.blank_layer_count))
+    finer = finer_tooth(body, mesh, fidelity.tooth_layers(body.geometry.face_width / body.geometry.normal_module))
+    tooth = condensed_tooth(body.geometry, mesh, body.material, friction=friction, finer=finer)
     patterns, share, strength = load_patterns(tooth, fidelity.load_pattern_tolerance)
+    shape = len(tooth.radius), len(tooth.axial)
+    share = share.reshape(len(share), -1, *shape)[..., :: finer.parts].reshape(len(share), -1)
+    n = share.shape[1] // 2 if friction else share.shape[1]
     response = body_flexibility(
         mesh,
         tooth,
@@ -210,7 +224,20 @@ def _solved(
         reach=reach,
         progress=progress,
     )
-    return tooth, share, _limited_harmonics(body, fidelity, share, response)
+    found = FlankFlexibility(
+        radius=tooth.radius,
+        axial=tooth.axial[:: finer.parts] + body.offset,
+        teeth=body.geometry.teeth,
+        response=_limited_harmonics(body, fidelity, share, response),
+        share=share[:, :n],
+        tooth_axial=tooth.axial + body.offset,
+        own=tooth.own,
+    )
+    own_friction = np.empty((n, 0))
+    if tooth.own_friction is not None:
+        points = tooth.own_friction.reshape(2, *shape, 2, *shape)
+        own_friction = points[:, :, :: finer.parts, :, :, :: finer.parts].reshape(n, n)
+    return found, share[:, n:], own_friction
 
 
 def _limited_harmonics(body: GearBody, fidelity: GearFidelity, share: FloatArray, response: FloatArray) -> FloatArray:

@@ -22,6 +22,12 @@ from nvhchain.handoff import FloatArray, IntArray
 Weights = tuple[NDArray[np.int32], FloatArray]
 """Coefficients (n, 16) that act at points, and their weights."""
 
+FlankWeights = tuple[Weights, Weights | None]
+"""Weights on the grid of a compliance, and on the one of a tooth's own part, if it has one."""
+
+_ALIKE = np.zeros(1, dtype=np.int64)
+"""Place of a tooth among one, as all teeth have the same own part."""
+
 
 @dataclass(frozen=True, eq=False)
 class LocalBasis:
@@ -88,6 +94,8 @@ class FlankSplines:
         teeth.
     place (sector,): position of each tooth of the sector among those held, −1 if absent.
     friction (n_tooth, 2 reach + 1, 2, n_p n_w, n_p n_w): coefficients of `FlankCompliance.friction` (m/N).
+    tooth_basis: B-splines along the axis of a tooth's own part, which `coefficients` does not contain then.
+    own (2, 1, 1, n_p n_a, n_p n_a): coefficients of `FlankCompliance.own` (m/N).
     """
 
     radial_basis: LocalBasis
@@ -95,12 +103,17 @@ class FlankSplines:
     coefficients: FloatArray
     place: IntArray
     friction: FloatArray | None = None
+    tooth_basis: LocalBasis | None = None
+    own: FloatArray | None = None
 
-    def weights(self, radius: FloatArray, axial: FloatArray) -> Weights:
-        """Return the `point_weights` of this grid."""
-        return point_weights(self.radial_basis, self.axial_basis, radius, axial)
+    def weights(self, radius: FloatArray, axial: FloatArray) -> FlankWeights:
+        """Return the `point_weights` of both grids."""
+        on_grid = point_weights(self.radial_basis, self.axial_basis, radius, axial)
+        if self.tooth_basis is None:
+            return on_grid, None
+        return on_grid, point_weights(self.radial_basis, self.tooth_basis, radius, axial)
 
-    def add(self, total: FloatArray, side: int, tooth: IntArray, weights: Weights) -> None:
+    def add(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
         """Add to `total` (n, n) in m/N the compliance between points on flanks `side` of teeth `tooth` (n,).
 
         Points of one tooth must follow each other.  Teeth that are absent or too far apart are an InputError.
@@ -109,7 +122,10 @@ class FlankSplines:
 
         if len(tooth):
             self._check(tooth)
-            couple(self.coefficients[side], self.place, tooth, *weights, total)
+            on_grid, on_tooth = weights
+            couple(self.coefficients[side], self.place, tooth, *on_grid, total)
+            if on_tooth is not None and self.own is not None:
+                couple(self.own[side], _ALIKE, tooth, *on_tooth, total)
 
     def _check(self, tooth: IntArray) -> None:
         """Refuse teeth outside the coefficients; the compiled loop does not check its indices."""
@@ -132,7 +148,7 @@ class FlankSplines:
         if not n:
             return total
         self._check(tooth)
-        index, weight = self.weights(radius, axial)
+        index, weight = self.weights(radius, axial)[0]
         start = np.arange(n + 1) * index.shape[1]
         spread = sp.csr_matrix((weight.ravel(), index.ravel(), start), shape=(n, self.friction.shape[-1]))
         for a in np.unique(tooth):
@@ -149,23 +165,37 @@ def flank_splines(compliance: FlankCompliance) -> FlankSplines:
     n = len(c.radius) * len(c.axial)
     (radius, radial_matrix), (axial, axial_matrix) = local_basis(c.radius), local_basis(c.axial)
 
-    def coefficients_of(values: FloatArray) -> FloatArray:
-        """Return the coefficients (m, n, n) of grid values (m, n, n)."""
-        out = np.empty(values.shape)
-        for i, value in enumerate(values):
-            for _ in range(2):  # first one point, then, transposed, the other
-                value = (radial_matrix @ value.reshape(len(radial_matrix), -1)).reshape(
-                    len(radial_matrix), len(axial_matrix), n
-                )
-                value = (axial_matrix @ value).reshape(n, n).T
-            out[i] = value
-        return out
-
     shape = (len(c.blocks), c.reach + 1, n, n)
-    coefficients = np.stack(
-        [coefficients_of(c.blocks[:, :, f, :, :, f].reshape(-1, n, n)).reshape(shape) for f in (0, 1)]
-    )
-    friction = None if c.friction is None else coefficients_of(c.friction.reshape(-1, n, n)).reshape(c.friction.shape)
+    blocks = np.stack([c.blocks[:, :, f, :, :, f].reshape(shape) for f in (0, 1)])
+    friction = None if c.friction is None else _coefficients(c.friction, radial_matrix, axial_matrix)
     place = np.full(c.sector, -1)
     place[list(c.teeth_held)] = np.arange(len(c.teeth_held))
-    return FlankSplines(radius, axial, coefficients, place, friction)
+    if c.own is None or c.tooth_axial is None:
+        return FlankSplines(radius, axial, _coefficients(blocks, radial_matrix, axial_matrix), place, friction)
+    tooth_basis, tooth_matrix = local_basis(c.tooth_axial)
+    points = (2, len(c.radius), len(c.tooth_axial))
+    parts = (len(c.tooth_axial) - 1) // (len(c.axial) - 1)
+    blocks[:, :, 0] -= c.own.reshape(*points, *points[1:])[:, :, ::parts, :, ::parts].reshape(2, 1, n, n)
+    return FlankSplines(
+        radius,
+        axial,
+        _coefficients(blocks, radial_matrix, axial_matrix),
+        place,
+        friction,
+        tooth_basis,
+        _coefficients(c.own[:, None, None], radial_matrix, tooth_matrix),
+    )
+
+
+def _coefficients(values: FloatArray, radial_matrix: FloatArray, axial_matrix: FloatArray) -> FloatArray:
+    """Return the coefficients (..., n, n) of grid values (..., n, n)."""
+    n = values.shape[-1]
+    out = np.empty((values.size // n**2, n, n))
+    for i, value in enumerate(values.reshape(out.shape)):
+        for _ in range(2):  # first one point, then, transposed, the other
+            value = (radial_matrix @ value.reshape(len(radial_matrix), -1)).reshape(
+                len(radial_matrix), len(axial_matrix), n
+            )
+            value = (axial_matrix @ value).reshape(n, n).T
+        out[i] = value
+    return out.reshape(values.shape)

@@ -9,6 +9,10 @@ From the first term the same term with the tooth's centre-line surface held is s
 under the nodal load, which grows without limit as the mesh is refined.  Their difference converges.
 
 Point forces on the flanks are spread over their nodes by shape functions.
+
+A tooth may have thinner layers than the blank.  Its shared nodes follow those of the blank, u_i = N u_b, which gives
+Nᵀ K_i N and Nᵀ G.  A turn by half a revolution about the middle of the tooth maps each flank onto the other.  One flank
+is therefore loaded.
 """
 
 from __future__ import annotations
@@ -19,10 +23,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.conventions import Material
-from nvhchain.fem._sparse import factorize
+from nvhchain.fem._sparse import BLOCK, Factor, factorize
 from nvhchain.fem.elasticity import stiffness_and_mass
 from nvhchain.fem.elements import hex20_shape
 from nvhchain.gear.drawing.geometry import GearGeometry
+from nvhchain.gear.elements.finer_tooth import FinerTooth, following
 from nvhchain.gear.elements.gear_mesh import GearMesh, SolidMesh
 from nvhchain.gear.elements.pitch_mesh import PitchMesh
 from nvhchain.handoff import FloatArray, IntArray
@@ -121,8 +126,8 @@ class CondensedTooth:
     stiffness (3 n_i, 3 n_i): stiffness of the shared nodes (N/m).
     passed (3 n_i, n): G, the forces that a unit flank load puts on the shared nodes.
     own (n, n): flank compliance with the shared nodes held, less that with the centre-line surface held (m/N).
-    left, right, bottom: shared nodes of the pitch's solid mesh, in their order in `stiffness`; left and right exclude
-        those on the bottom.
+    left, right, bottom: shared nodes of the solid mesh of the pitch on the blank, in their order in `stiffness`; left
+        and right exclude those on the bottom.
     passed_friction, own_friction: the same for unit forces along the profile, towards the tip; `own_friction` is the
         normal displacement under them.
     """
@@ -140,45 +145,83 @@ class CondensedTooth:
 
 
 def condensed_tooth(
-    gear: GearGeometry, mesh: GearMesh, material: Material, *, friction: bool = False
+    gear: GearGeometry, mesh: GearMesh, material: Material, *, friction: bool = False, finer: FinerTooth | None = None
 ) -> CondensedTooth:
-    """Condense one pitch of `mesh`; with `friction`, under forces along the profile too."""
-    pitch, solid = mesh.pitch, mesh.pitch_solid
-    left, right, bottom = (solid.stacked(line) for line in (pitch.left[:-1], pitch.right[:-1], pitch.bottom))
-    shared = unknowns(np.concatenate([left, right, bottom]))
+    """Condense one pitch of `mesh`; with `friction`, under forces along the profile too.
+
+    finer: the same pitch in thinner layers, whose shared nodes follow those of `mesh`.
+    """
+    pitch, finer = mesh.pitch, finer or FinerTooth(mesh.pitch_solid, 1)
+    solid, lines = finer.solid, (pitch.left[:-1], pitch.right[:-1], pitch.bottom)
+    shared = unknowns(np.concatenate([solid.stacked(line) for line in lines]))
+    left, right, bottom = (mesh.pitch_solid.stacked(line) for line in lines)
     inner = np.setdiff1d(np.arange(3 * len(solid.nodes)), shared)
     K = cylindrical_stiffness(solid, solid.elements, material)
+    K_io, K_ii = K[shared][:, inner], K[shared][:, shared]
+    if finer.parts > 1:
+        follow = following(pitch, mesh.pitch_solid, finer, lines)[:, unknowns(np.concatenate([left, right, bottom]))]
+        K_io, K_ii = sp.csr_matrix(follow.T @ K_io), follow.T @ K_ii @ follow
     radius, axial = flank_grid((pitch, solid))
     loads = [
-        flank_loads(gear, (pitch, solid), radius, axial, profile_force=profile_force)
+        flank_loads(gear, (pitch, solid), radius, axial, profile_force=profile_force)[inner]
         for profile_force in ((False, True) if friction else (False,))
     ]
-    load = np.hstack([forces[inner].toarray() for forces in loads])
-    points, n = load.shape[1], loads[0].shape[1]
-    K_io = K[shared][:, inner]
+    n = loads[0].shape[1]
+    half = sp.csc_matrix(sp.hstack([load[:, : n // 2] for load in loads]))  # of the first flank
+    answers = sp.csr_matrix(sp.vstack([loads[0].T, K_io]))
     with factorize(K[inner][:, inner]) as factor:
-        response = factor.solve(np.hstack([load, K_io.T.toarray()]))
-    free = load[:, :n].T @ response[:, :points]
-    passed = -(K_io @ response[:, :points])
-    stiffness = K[shared][:, shared].toarray() - K_io @ response[:, points:]
-
+        loaded = _answers(factor, answers, half)
+        stiffness = K_ii.toarray() - _answers(factor, K_io, sp.csc_matrix(K_io.T))
     loose = ~np.isin(inner, unknowns(solid.stacked(pitch.centre)))
     held_nodes = inner[loose]
     with factorize(K[held_nodes][:, held_nodes]) as factor:
-        held = load[loose, :n].T @ factor.solve(load[loose])
-    own, own_friction = np.split(free - held, [n], axis=1)
+        loaded[:n] -= _answers(factor, sp.csr_matrix(loads[0][loose].T), half[loose])
+    turned = _turned(mesh.pitch_solid, lines)
+    sign = np.tile([1.0, -1.0, -1.0], len(turned) // 3)[:, None, None]
+
+    def both(part: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the rows of the flanks and of the shared nodes, under loads on both flanks."""
+        places = len(radius), len(axial)
+        own, passed = part[:n].reshape(2, *places, *places), -part[n:].reshape(-1, *places)
+        other = own[::-1, :, ::-1, :, ::-1].reshape(n, -1), (sign * passed)[turned, :, ::-1].reshape(len(passed), -1)
+        return np.hstack([part[:n], other[0]]), np.hstack([-part[n:], other[1]])
+
+    own, passed = both(loaded[:, : n // 2])
+    own_friction, passed_friction = both(loaded[:, n // 2 :]) if friction else (None, None)
     return CondensedTooth(
         radius=radius,
         axial=axial,
         stiffness=0.5 * (stiffness + stiffness.T),
-        passed=passed[:, :n],
+        passed=passed,
         own=0.5 * (own + own.T),
         left=left,
         right=right,
         bottom=bottom,
-        passed_friction=passed[:, n:] if friction else None,
-        own_friction=own_friction if friction else None,
+        passed_friction=passed_friction,
+        own_friction=own_friction,
     )
+
+
+def _answers(factor: Factor, answers: sp.csr_matrix, loads: sp.csc_matrix) -> FloatArray:
+    """Return `answers` · K⁻¹ · `loads`, a few loads at a time."""
+    blocks = (slice(start, start + BLOCK) for start in range(0, loads.shape[1], BLOCK))
+    return np.hstack([answers @ factor.solve(loads[:, block].toarray()) for block in blocks])
+
+
+def _turned(solid: SolidMesh, lines: tuple[IntArray, IntArray, IntArray]) -> IntArray:
+    """Return the shared unknown that each one replaces when the tooth turns by half a revolution about its middle.
+
+    Turned around, circumferential and axial components change their sign.
+    """
+    left, right, bottom = lines
+    nodes = np.concatenate([solid.stacked(line) for line in lines])
+    place = np.full(len(solid.nodes), -1)
+    place[nodes] = np.arange(len(nodes))
+    there = np.full(solid.index.shape, -1)
+    there[:, np.concatenate(lines)] = solid.index[::-1, np.concatenate([right, left, bottom[::-1]])]
+    moved = np.full(len(solid.nodes), -1)
+    moved[solid.index[solid.index >= 0]] = there[solid.index >= 0]
+    return unknowns(place[moved[nodes]])
 
 
 def unknowns(nodes: IntArray) -> IntArray:

@@ -20,7 +20,7 @@ from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.analytic import SliceCompliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance, flank_compliance
-from nvhchain.gear.compliance.flank_splines import FlankSplines, Weights, flank_splines
+from nvhchain.gear.compliance.flank_splines import FlankSplines, FlankWeights, flank_splines
 from nvhchain.gear.contact.contact_lines import (
     ContactLines,
     contact_lines,
@@ -85,7 +85,7 @@ class _Phase:
     lines: ContactLines
     gap: FloatArray
     law: LocalLaw
-    weights: tuple[Weights | None, ...]
+    weights: tuple[FlankWeights | None, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +169,7 @@ class Engagement:
         order = mesh_order(self.pair, lines)
         return self.deviations.removed(self.pair, lines.flank, order, lines.radius, lines.axial, travel, later)
 
-    def compliance(self, lines: ContactLines, weights: tuple[Weights | None, ...] | None = None) -> FloatArray:
+    def compliance(self, lines: ContactLines, weights: tuple[FlankWeights | None, ...] | None = None) -> FloatArray:
         """Return C (n, n) in m/N: normal approach at every slice under a unit normal force at each, both gears.
 
         weights: those of the slices, if already computed.
@@ -185,7 +185,7 @@ class Engagement:
                 body_compliance.add(total, lines.side, tooth, own)
         return total
 
-    def _weights(self, lines: ContactLines) -> tuple[Weights | None, ...]:
+    def _weights(self, lines: ContactLines) -> tuple[FlankWeights | None, ...]:
         """Return the weights of every slice in the compliances of both gears; None for closed forms."""
         return tuple(
             None if isinstance(body_compliance, SliceCompliance) else body_compliance.weights(radius, lines.axial)

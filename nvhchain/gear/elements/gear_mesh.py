@@ -43,6 +43,11 @@ class SolidMesh:
     elements: IntArray
     index: IntArray
 
+    @property
+    def layers(self) -> int:
+        """Number of layers."""
+        return len(self.index) // 2
+
     def stacked(self, plane_nodes: IntArray) -> IntArray:
         """Return the solid nodes above and below `plane_nodes`, level by level."""
         stacked = self.index[:, plane_nodes]
@@ -92,11 +97,15 @@ def gear_mesh(body: GearBody, fidelity: GearFidelity) -> GearMesh:
 
 def tooth_mesh(body: GearBody, fidelity: GearFidelity) -> tuple[PitchMesh, SolidMesh]:
     """Mesh one pitch of teeth alone; return its transverse and its solid mesh."""
-    rim = innermost_solid(body)
-    pitch = pitch_mesh(body.geometry, rim, fidelity)
-    stations, web_layers = _stations(body, fidelity)
-    present = np.ones((len(web_layers), len(pitch.plane.quads)), dtype=bool)
-    return pitch, _swept(body, pitch.plane, rim, pitch.inner_radius, stations, present)
+    pitch, (_, web_layers) = pitch_mesh(body.geometry, innermost_solid(body), fidelity), _stations(body, fidelity)
+    return pitch, swept_tooth(body, pitch, len(web_layers))
+
+
+def swept_tooth(body: GearBody, pitch: PitchMesh, layers: int) -> SolidMesh:
+    """Sweep one pitch of teeth into even layers."""
+    stations = np.linspace(-0.5, 0.5, layers + 1) * body.geometry.face_width
+    present = np.ones((layers, len(pitch.plane.quads)), dtype=bool)
+    return _swept(body, pitch.plane, innermost_solid(body), pitch.inner_radius, stations, present)
 
 
 def bricks_over_even(body: GearBody, fidelity: GearFidelity) -> float:

@@ -95,12 +95,27 @@ def interpolation(solid: SolidMesh, points: FloatArray, angle: FloatArray) -> sp
     """
     search = ElementSearch(solid.nodes, solid.elements)
     element, xi = search.find(points)
-    shape, nodes = search.shape(xi), solid.elements[element]
-    turn = solid.angle[nodes] - angle[:, None]
+    nodes = solid.elements[element]
+    row = np.repeat(np.arange(len(points)), nodes.shape[1])
+    turn = (solid.angle[nodes] - angle[:, None]).ravel()
+    return weighted_displacement((row, nodes.ravel()), search.shape(xi).ravel(), turn, (len(points), len(solid.nodes)))
+
+
+def weighted_displacement(
+    places: tuple[IntArray, IntArray], weight: FloatArray, turn: FloatArray, shape: tuple[int, int]
+) -> sp.csr_matrix:
+    """Return the matrix to sums of displacements, in the cylindrical axes of points, from those of nodes.
+
+    places: point (m,) and node (m,) of each part of a sum.
+    weight (m,): weight of the part.
+    turn (m,): angle of the node less that of the point (rad).
+    shape: number of points and of nodes.
+    """
+    point, node = places
     c, s, zero, one = np.cos(turn), np.sin(turn), np.zeros(turn.shape), np.ones(turn.shape)
     axes = np.stack([np.stack(row, axis=-1) for row in ((c, -s, zero), (s, c, zero), (zero, zero, one))], axis=-2)
-    value = shape[..., None, None] * axes  # (n, 20, to, from)
-    rows = np.broadcast_to(3 * np.arange(len(points))[:, None, None, None] + np.arange(3)[:, None], value.shape)
-    columns = np.broadcast_to(3 * nodes[..., None, None] + np.arange(3), value.shape)
-    size = (3 * len(points), 3 * len(solid.nodes))
+    value = weight[:, None, None] * axes  # (m, to, from)
+    rows = np.broadcast_to(3 * point[:, None, None] + np.arange(3)[:, None], value.shape)
+    columns = np.broadcast_to(3 * node[:, None, None] + np.arange(3), value.shape)
+    size = (3 * shape[0], 3 * shape[1])
     return sp.csr_matrix((value.ravel(), (rows.ravel(), columns.ravel())), shape=size)

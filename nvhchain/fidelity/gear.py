@@ -27,7 +27,7 @@ class GearFidelity(Knobs, package="gear"):
                 "gears are solid")
     deflections_per_doubling: int = knob(low=1, high=100, sweep=(2, 3, 4),
         meaning="mesh-law deflections while the deflection doubles; about half as many on the back flank")
-    layer_thickness: float = knob(100.0, low=0.05, high=1000.0, sweep=(1.5, 1.0),
+    layer_thickness: float = knob(100.0, low=0.05, high=1000.0, sweep="of gears wider than width_layers are enough for",
         meaning="largest thickness of the element layers of a tooth, in normal modules")
     blank_layers: int = knob(0, low=0, high=200, sweep=(2, 3, 4),
         meaning="element layers of the blank over the face width, more where a web is thin; each is cut into equal "

@@ -1,18 +1,21 @@
 """Error and saving of every accuracy knob on a case.
 
-    python -m benchmarks tradeoff OUT CASE [KNOB ...] [--today]
+    python -m benchmarks tradeoff OUT CASE [KNOB ...] [--today] [--changed=STEP]
 
 Writes docs/measured/chain/tradeoff_CASE.md and .png. Sweeps the knobs named (as in gear.slices, or a stage, or preset;
 all by default) around `reference`; OUT keeps operators and finished rows, from which an interrupted sweep goes on. The
 sweep of cases/small/single_stage.toml is what tolerances are planned from: its numbers go into the package, where rows
 of other knobs stay as long as the yardstick is what it was. Its times are brought to the day of the shipped ones, stage
-by stage, by those of the yardstick in both; with `--today` they stay as they are. Leave the machine alone meanwhile.
+by stage, by those of the yardstick in both; with `--today` they stay as they are. Where the code of a step was changed,
+`--changed` takes the ratio of its times from the other steps, and multiplies its costs in kept rows by those of the
+yardstick now over before. Leave the machine alone meanwhile.
 """
 
 from __future__ import annotations
 
 import shutil
 import sys
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -45,10 +48,11 @@ OF_THAT_DAY = (
 )
 
 
-def with_shipped_rows(sweep: Tradeoff, case: Case, *, today: bool) -> Tradeoff:
+def with_shipped_rows(sweep: Tradeoff, case: Case, *, today: bool, changed: str = "") -> Tradeoff:
     """`sweep` with the shipped rows of settings that it leaves out, and with times of the day of the shipped ones.
 
     today: times of a sweep of all settings stay as they are.
+    changed: step whose code was changed.
 
     `earlier` in the provenance tells the code of the shipped rows.
     """
@@ -57,6 +61,10 @@ def with_shipped_rows(sweep: Tradeoff, case: Case, *, today: bool) -> Tradeoff:
     shipped = replace(shipped, measurements=(shipped.measurements[0], *rest))
     base, *made = sweep.measurements
     day = {name: of_that(cost, base.stages[name]) for name, cost in shipped.measurements[0].stages.items()}
+    if changed:
+        others = [ratio for name, ratio in day.items() if name != changed and ratio != (1.0, 1.0)]
+        day[changed] = tuple(np.median(others, axis=0).tolist())
+        shipped = replace(shipped, measurements=tuple(with_changed(shipped.measurements, base, changed, day[changed])))
     if {(row.knob, row.value) for row in shipped.measurements} <= {(row.knob, row.value) for row in sweep.measurements}:
         rows = sweep.measurements if today else tuple(as_on(row, day) for row in sweep.measurements)
         return replace(sweep, measurements=rows, provenance={**sweep.provenance, "earlier": []})
@@ -77,6 +85,22 @@ def with_shipped_rows(sweep: Tradeoff, case: Case, *, today: bool) -> Tradeoff:
     earlier = [run for run in kept if run["settings"] and run["code"] != sweep.provenance["code"]]
     table = tuple(rows[setting] for setting in settings if setting in rows)
     return replace(sweep, measurements=table, provenance={**sweep.provenance, "earlier": earlier})
+
+
+def with_changed(
+    rows: Sequence[Measurement], base: Measurement, step: str, day: tuple[float, float]
+) -> Iterator[Measurement]:
+    """Yield the rows with the costs of a step multiplied by those of the yardstick now, on that day, over before."""
+    before, now = rows[0].stages[step], as_on(base, dict.fromkeys(base.stages, day)).stages[step]
+    for row in rows:
+        if (old := row.stages.get(step)) is not None:
+            cost = Cost(
+                old.seconds * now.seconds / before.seconds,
+                old.processor * now.processor / before.processor,
+                old.megabytes * now.megabytes / before.megabytes,
+            )
+            row = replace(row, stages={**row.stages, step: cost})
+        yield row
 
 
 def of_that(then: Cost, now: Cost) -> tuple[float, float]:
@@ -100,11 +124,12 @@ def main() -> None:
     def report(done: int, total: int) -> None:
         print(f"{done} of {total}", file=sys.stderr, flush=True)
 
-    knobs, today = [each for each in sys.argv[3:] if each != "--today"], "--today" in sys.argv
+    knobs, today = [each for each in sys.argv[3:] if not each.startswith("--")], "--today" in sys.argv
+    changed = next((each.removeprefix("--changed=") for each in sys.argv if each.startswith("--changed=")), "")
     sweep = tradeoff(case, out=out, knobs=knobs or None, progress=report)
     note = ""
     if SHIPPED.stem == case.name:
-        sweep = with_shipped_rows(sweep, case, today=today)
+        sweep = with_shipped_rows(sweep, case, today=today, changed=changed)
         if not today:
             note = f"\n{OF_THAT_DAY}\n"
         older = sum(len(run["settings"]) for run in sweep.provenance["earlier"])

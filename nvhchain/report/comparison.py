@@ -33,7 +33,7 @@ from nvhchain.report.summary import transmission_errors, write_summary
 from nvhchain.report.unchanged import RECORD, earlier_summary, fingerprint_of, keep_record
 from nvhchain.runtime.folder_lock import hold_folder
 from nvhchain.runtime.threads import one_blas_thread
-from nvhchain.scene import modelled_alike, preflight
+from nvhchain.scene import check_knobs, modelled_alike, preflight
 from nvhchain.scene.kept import estimates_kept
 
 States = tuple[Sequence[float] | None, Sequence[float] | None]
@@ -116,8 +116,9 @@ def compare(
     libraries are then the same, the cases read no files, and no file of the comparison is missing or altered.
     """
     check_comparable(cases)
-    if speeds is not None:
-        for case in cases:
+    for case in cases:
+        check_knobs(case, fidelity)
+        if speeds is not None:
             chain.check_states(case, speeds, torques)
     out = writable_folder(out, "out")
     key = fingerprint_of(cases, fidelity, (speeds, torques))

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import nvhchain as nvh
@@ -63,10 +64,21 @@ def planned_of_bodies(case, **knobs):
     return seconds, (turned.megabytes - BASE_MEGABYTES) / (base.megabytes - BASE_MEGABYTES)
 
 
-@pytest.mark.parametrize("layers", [4, 24])
-def test_gears_take_seconds_and_memory_by_the_entries_between_the_nodes_that_teeth_share(case, layers):
-    counted = of_wheel(case, entries, width_layers=layers)
-    assert planned_of_bodies(case, width_layers=layers) == pytest.approx((counted, counted), rel=0.3)
+def test_gears_take_seconds_and_memory_by_the_entries_between_the_nodes_that_teeth_share(case):
+    """Blanks of 6, 12 and 24 layers under teeth of 24."""
+    wheel, layers = case.pairs[0].wheel, (6, 12, 24)
+    counted = np.diff([entries(gear_mesh(wheel, replace(nvh.DRAFT.gear, width_layers=count))) for count in layers])
+    steps = [planned(case, "mesh law", "gear", width_layers=24, blank_layers=count) for count in layers]
+    for found in ([step.seconds for step in steps], [step.megabytes for step in steps]):
+        less, more = np.diff(found)
+        assert more / less == pytest.approx(counted[1] / counted[0], rel=0.3)
+
+
+def test_layers_of_teeth_take_seconds_and_no_memory_of_the_blank(case):
+    """Twice as many layers of a tooth take 2.8 times as long, of a blank four times."""
+    few, twice, four = (planned(case, "mesh law", "gear", width_layers=count, blank_layers=3) for count in (12, 24, 48))
+    assert (four.seconds - twice.seconds) / (twice.seconds - few.seconds) == pytest.approx(2**1.5)
+    assert few.megabytes == four.megabytes
 
 
 def test_gears_of_finer_transverse_mesh_take_seconds_by_the_bricks_of_the_blank_and_less_memory(case):

@@ -10,35 +10,67 @@ _SUMS = {"reassoc", "contract"}
 rounding."""
 
 
+TILE = 4
+"""Rows and columns of a matrix that are eliminated together, while they stay in the processor's registers."""
+
+
+@numba.njit("void(float64[:, ::1], int64, int64)", cache=True, nogil=True, error_model="numpy", fastmath=_SUMS)
+def reduce_tile(H: np.ndarray, i: int, j: int) -> None:
+    """Subtract from the tile of H at row i and column j what the factor's columns before j make of it."""
+    a0, a1, a2, a3 = H[i, j], H[i, j + 1], H[i, j + 2], H[i, j + 3]
+    b0, b1, b2, b3 = H[i + 1, j], H[i + 1, j + 1], H[i + 1, j + 2], H[i + 1, j + 3]
+    c0, c1, c2, c3 = H[i + 2, j], H[i + 2, j + 1], H[i + 2, j + 2], H[i + 2, j + 3]
+    d0, d1, d2, d3 = H[i + 3, j], H[i + 3, j + 1], H[i + 3, j + 2], H[i + 3, j + 3]
+    for k in range(j):
+        a, b, c, d = H[i, k], H[i + 1, k], H[i + 2, k], H[i + 3, k]
+        p, q, r, s = H[j, k], H[j + 1, k], H[j + 2, k], H[j + 3, k]
+        a0, a1, a2, a3 = a0 - a * p, a1 - a * q, a2 - a * r, a3 - a * s
+        b0, b1, b2, b3 = b0 - b * p, b1 - b * q, b2 - b * r, b3 - b * s
+        c0, c1, c2, c3 = c0 - c * p, c1 - c * q, c2 - c * r, c3 - c * s
+        d0, d1, d2, d3 = d0 - d * p, d1 - d * q, d2 - d * r, d3 - d * s
+    H[i, j], H[i, j + 1], H[i, j + 2], H[i, j + 3] = a0, a1, a2, a3
+    H[i + 1, j], H[i + 1, j + 1], H[i + 1, j + 2], H[i + 1, j + 3] = b0, b1, b2, b3
+    H[i + 2, j], H[i + 2, j + 1], H[i + 2, j + 2], H[i + 2, j + 3] = c0, c1, c2, c3
+    H[i + 3, j], H[i + 3, j + 1], H[i + 3, j + 2], H[i + 3, j + 3] = d0, d1, d2, d3
+
+
 @numba.njit(
     "boolean(float64[:, ::1], float64[::1], int64)", cache=True, nogil=True, error_model="numpy", fastmath=_SUMS
 )
 def cholesky_solve(H: np.ndarray, x: np.ndarray, n: int) -> bool:
-    """Overwrite the leading n entries of x by H⁻¹x; the lower triangle of H becomes its factor.
+    """Overwrite the leading n entries of x by H⁻¹x, n a multiple of `TILE`; the lower triangle becomes its factor.
 
     Returns False where H is not positive definite.
     """
-    for i in range(n):
-        for j in range(i + 1):
-            s = H[i, j]
-            for k in range(j):
-                s -= H[i, k] * H[j, k]
-            if i == j:
-                if not s > 0.0:
+    for i in range(0, n, TILE):
+        for j in range(0, i, TILE):
+            reduce_tile(H, i, j)
+            for row in range(i, i + TILE):
+                s0 = H[row, j] / H[j, j]
+                s1 = (H[row, j + 1] - s0 * H[j + 1, j]) / H[j + 1, j + 1]
+                s2 = (H[row, j + 2] - s0 * H[j + 2, j] - s1 * H[j + 2, j + 1]) / H[j + 2, j + 2]
+                s3 = H[row, j + 3] - s0 * H[j + 3, j] - s1 * H[j + 3, j + 1] - s2 * H[j + 3, j + 2]
+                H[row, j], H[row, j + 1], H[row, j + 2], H[row, j + 3] = s0, s1, s2, s3 / H[j + 3, j + 3]
+        for row in range(i, i + TILE):
+            for column in range(i, row + 1):
+                s = H[row, column]
+                for k in range(column):
+                    s -= H[row, k] * H[column, k]
+                if row > column:
+                    H[row, column] = s / H[column, column]
+                elif s > 0.0:
+                    H[row, row] = np.sqrt(s)
+                else:
                     return False
-                H[i, i] = np.sqrt(s)
-            else:
-                H[i, j] = s / H[j, j]
     for i in range(n):
         s = x[i]
         for k in range(i):
             s -= H[i, k] * x[k]
         x[i] = s / H[i, i]
     for i in range(n - 1, -1, -1):
-        s = x[i]
-        for k in range(i + 1, n):
-            s -= H[k, i] * x[k]
-        x[i] = s / H[i, i]
+        x[i] /= H[i, i]
+        for k in range(i):
+            x[k] -= H[i, k] * x[i]
     return True
 
 
@@ -121,8 +153,8 @@ def solve(
     n = len(length)
     last = level.shape[1] - 1
     F, trial, g, g_trial = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
-    step, free = np.zeros(n), np.zeros(n, np.int64)
-    H = np.zeros((n, n))
+    step, free = np.zeros(n + TILE), np.zeros(n, np.int64)
+    H = np.zeros((n + TILE, n + TILE))
     before = 0.0
     for case in range(len(approach)):
         a, scale = approach[case], 0.0
@@ -156,7 +188,12 @@ def solve(
                     H[r, s] = C[i, free[s]]
                 H[r, r] = C[i, i] + (level[i, k] - half_slope[i, k] * (np.log(q) + 1.0)) / length[i]
                 step[r] = -g[i]
-            if not cholesky_solve(H, step, m):
+            whole = -(-m // TILE) * TILE
+            for r in range(m, whole):  # rows that move nothing
+                for s in range(r):
+                    H[r, s] = 0.0
+                H[r, r], step[r] = 1.0, 0.0
+            if not cholesky_solve(H, step, whole):
                 break
             alpha = 1.0
             accepted = False

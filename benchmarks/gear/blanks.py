@@ -52,8 +52,8 @@ TORQUE = 150.0
 MESHES = {
     "standard": STANDARD.gear,
     "halved across": replace(STANDARD.gear, profile_elements=8, transverse_refinement=2),
-    "twice the layers": replace(STANDARD.gear, width_layers=20),
-    "both": replace(STANDARD.gear, profile_elements=8, transverse_refinement=2, width_layers=20),
+    "twice the layers": STANDARD.gear.even_layers(20),
+    "both": replace(STANDARD.gear.even_layers(20), profile_elements=8, transverse_refinement=2),
 }
 TOO_LARGE = {"3 mm web, both"}
 """Some 20 GB, by the ratios of the others."""
@@ -64,7 +64,7 @@ LIGHT = {
 }
 """Helix, degrees; thickness of the web, m; rim below the root circle, modules."""
 
-COARSE = replace(DRAFT.gear, width_layers=4)
+COARSE = DRAFT.gear.even_layers(4)
 """For what errs by tens of per cent."""
 
 

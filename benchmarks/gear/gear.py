@@ -163,12 +163,12 @@ def corners() -> Record:
 CORNER_GAPS = (0.0, 10e-6, 30e-6, 100e-6)
 """m, `GearFidelity.corner_gap`."""
 
-PLANE = replace(STANDARD.gear, width_layers=4)
+PLANE = STANDARD.gear.even_layers(4)
 HALVED = replace(PLANE, profile_elements=2 * PLANE.profile_elements, transverse_refinement=2)
 
 MEASUREMENTS: dict[str, Callable[[], Record]] = {
     **{
-        f"{name}-layers{n}": partial(converged, *which, replace(STANDARD.gear, width_layers=n))
+        f"{name}-layers{n}": partial(converged, *which, STANDARD.gear.even_layers(n))
         for name, which in (("stage2", ("solid", 2)), ("slotted", ("slotted", 1)))
         for n in LAYERS[name]
     },

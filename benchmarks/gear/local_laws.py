@@ -60,7 +60,7 @@ class FullFlanks(Engagement):
 def compliance(path: Path, body: GearBody, layers: int, reach: int) -> FlankCompliance:
     """Found in `path`, or computed and left there."""
     if not path.exists():
-        path.write_bytes(pickle.dumps(flank_compliance(body, replace(FIDELITY, width_layers=layers), reach=reach)))
+        path.write_bytes(pickle.dumps(flank_compliance(body, FIDELITY.even_layers(layers), reach=reach)))
     found = pickle.loads(path.read_bytes())
     assert isinstance(found, FlankCompliance)
     return found

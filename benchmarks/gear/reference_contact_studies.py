@@ -139,7 +139,7 @@ def spur() -> Study:
             "3 slots": Condition("3 slots", (0, 9)),
         },
         angles=24,
-        fidelity=replace(STANDARD.gear, width_layers=6),
+        fidelity=STANDARD.gear.even_layers(6),
     )
 
 
@@ -162,7 +162,7 @@ def stage1() -> Study:
             "5 slots, lead slope 15 µm": Condition("5 slots", lead_slope=15e-6),
         },
         angles=12,
-        fidelity=replace(STANDARD.gear, width_layers=16),
+        fidelity=STANDARD.gear.even_layers(16),
         resolution=replace(SLANTED, largest_gap=110e-6),
     )
 
@@ -187,7 +187,7 @@ def stage1_wide() -> Study:
     return replace(drawn, conditions=conditions, fidelity=FEW_LAYERS, resolution=resolution)
 
 
-FEW_LAYERS = replace(STANDARD.gear, width_layers=8)
+FEW_LAYERS = STANDARD.gear.even_layers(8)
 
 
 def stage1_apart() -> Study:

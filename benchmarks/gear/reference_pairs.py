@@ -32,7 +32,7 @@ from nvhchain.handoff import FloatArray
 
 ANGLES = 12
 TORQUE = 350.0
-FIDELITY = replace(STANDARD.gear, width_layers=6)
+FIDELITY = STANDARD.gear.even_layers(6)
 CORNER_GAP = FIDELITY.corner_gap
 CHAMFERS = (0.1e-3, 0.2e-3, 0.4e-3)
 """Heights of tip chamfers of both gears (m)."""

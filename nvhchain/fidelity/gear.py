@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 
 from nvhchain.fidelity.knob import Knobs, knob
 
 _DRIVE_DOUBLINGS, _BACK_DOUBLINGS = 3, 2
 """Doublings of the deflection up to the largest of a mesh law; below them its steps are even."""
+
+
+_ANY_THICKNESS = 100.0
+"""Thickness of layers (normal modules) that no gear reaches."""
 
 
 # fmt: off
@@ -27,7 +31,8 @@ class GearFidelity(Knobs, package="gear"):
                 "gears are solid")
     deflections_per_doubling: int = knob(low=1, high=100, sweep=(2, 3, 4),
         meaning="mesh-law deflections while the deflection doubles; about half as many on the back flank")
-    layer_thickness: float = knob(100.0, low=0.05, high=1000.0, sweep="of gears wider than width_layers are enough for",
+    layer_thickness: float = knob(_ANY_THICKNESS, low=0.05, high=1000.0,
+        sweep="of gears wider than width_layers are enough for",
         meaning="largest thickness of the element layers of a tooth, in normal modules")
     blank_layers: int = knob(0, low=0, high=200, sweep=(2, 3, 4),
         meaning="element layers of the blank over the face width, more where a web is thin; each is cut into equal "
@@ -67,6 +72,10 @@ class GearFidelity(Knobs, package="gear"):
         """Return the element layers of a tooth over a face width (normal modules), without those of a thin web."""
         least = max(self.width_layers, ceil(round(width / self.layer_thickness, 6)))
         return self.blank_layer_count * -(-least // self.blank_layer_count)
+
+    def even_layers(self, count: int) -> GearFidelity:
+        """Return the same knobs with `count` element layers in teeth and blanks, whatever the face width."""
+        return replace(self, width_layers=count, blank_layers=0, layer_thickness=_ANY_THICKNESS)
 
     @property
     def law_steps(self) -> tuple[tuple[int, int], tuple[int, int]]:

@@ -30,7 +30,7 @@ from nvhchain.gear import Flank, MicroGeometry, quasi_static_transmission_error
 from nvhchain.gear import mesh_law as gear_mesh_law
 from nvhchain.testing.hand_offs import mesh_law
 
-EVEN = replace(DRAFT.gear, blank_layers=0, layer_thickness=100.0)
+EVEN = DRAFT.gear.even_layers(6)
 """`draft` with teeth and blank in the same layers."""
 
 
@@ -230,7 +230,7 @@ def test_a_contact_line_rises_and_falls_with_the_layers_that_it_passes(case, mon
     assert not layer_ripple(replace(wide, helix_angle=0.0), many, 9).any()
     # three layers under a third of a pitch: the ninth harmonic of a law has the ripple, 5e-5 of the deflection
     laws, order = [mesh_law([1e-7, *(7 * [1e-12]), 1e-8])], np.array([180.0])
-    coarse = replace(REFERENCE.gear, width_layers=3, blank_layers=0, layer_thickness=100.0)
+    coarse = REFERENCE.gear.even_layers(3)
     with_it = force_error(case, laws, coarse, 200.0).relative(order)[0]
     monkeypatch.setattr("nvhchain.error_band.gears.LAYER_RIPPLE", 0.0)
     assert with_it > 1.2 * force_error(case, laws, coarse, 200.0).relative(order)[0]

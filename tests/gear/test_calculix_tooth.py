@@ -34,7 +34,7 @@ def known(request):
         blank = dict(record["blank"])
         assert blank.pop("type") == "Slots"
         wheel = GearBody(GearGeometry(**record["wheel"]), Slots(**blank))
-        return wheel, dataclasses.replace(DRAFT.gear, **record["fidelity"]), record
+        return wheel, dataclasses.replace(DRAFT.gear.even_layers(6), **record["fidelity"]), record
 
     return load()
 

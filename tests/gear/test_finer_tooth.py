@@ -15,7 +15,7 @@ from nvhchain.gear.compliance.tooth_compliance import condensed_tooth
 from nvhchain.gear.elements.finer_tooth import finer_tooth, following
 from nvhchain.gear.elements.gear_mesh import gear_mesh
 
-EVEN = replace(DRAFT.gear, profile_elements=2, width_layers=4, blank_layers=0, layer_thickness=100.0, row_aspect=2.0)
+EVEN = replace(DRAFT.gear.even_layers(4), profile_elements=2, row_aspect=2.0)
 HALVED = replace(EVEN, blank_layers=2)
 WHEEL = GearBody(GearGeometry(24, 2e-3, np.radians(20), np.radians(25), 0.016, bore_radius=0.012))
 

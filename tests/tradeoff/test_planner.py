@@ -45,7 +45,7 @@ def row(knob, value, overall, worst, **stages):
     return Measurement(knob, value, costs, Deviation(overall, worst, 1000.0, {20.0: worst}))
 
 
-EVEN = replace(REFERENCE, gear=replace(REFERENCE.gear, blank_layers=0, layer_thickness=100.0))
+EVEN = replace(REFERENCE, gear=REFERENCE.gear.even_layers(12))
 """`reference` with as many layers in all gears, in teeth and blank, as before layers had a largest thickness."""
 
 
@@ -391,7 +391,7 @@ def test_layers_are_not_taken_whose_error_band_grows_by_more_than_the_tolerance(
 def test_harmonics_of_which_the_base_knows_less_than_the_tolerance_bind_nothing(two_stages, sweep, even_layers):
     """The tenth of the second stage, whose gears are wide, is 2.8 dB open with 12 layers."""
     assert open_below(EVEN, two_stages) == pytest.approx([0.15, 2.83], abs=0.01)
-    at_draft = open_below(replace(DRAFT, gear=replace(DRAFT.gear, blank_layers=0, layer_thickness=100.0)), two_stages)
+    at_draft = open_below(replace(DRAFT, gear=DRAFT.gear.even_layers(6)), two_stages)
     assert at_draft[0] == pytest.approx(0.81, abs=0.01)
     assert at_draft[1] == np.inf
     rows = [row("gear.width_layers", "6", 0.0, 0.0, mesh_law_stage=15.0)]

@@ -108,10 +108,10 @@ class FlankSplines:
 
     def weights(self, radius: FloatArray, axial: FloatArray) -> FlankWeights:
         """Return the `point_weights` of both grids."""
-        on_grid = point_weights(self.radial_basis, self.axial_basis, radius, axial)
+        grid_weights = point_weights(self.radial_basis, self.axial_basis, radius, axial)
         if self.tooth_basis is None:
-            return on_grid, None
-        return on_grid, point_weights(self.radial_basis, self.tooth_basis, radius, axial)
+            return grid_weights, None
+        return grid_weights, point_weights(self.radial_basis, self.tooth_basis, radius, axial)
 
     def add(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
         """Add to `total` (n, n) in m/N the compliance between points on flanks `side` of teeth `tooth` (n,).
@@ -122,10 +122,10 @@ class FlankSplines:
 
         if len(tooth):
             self._check(tooth)
-            on_grid, on_tooth = weights
-            couple(self.coefficients[side], self.place, tooth, *on_grid, total)
-            if on_tooth is not None and self.own is not None:
-                couple(self.own[side], _ALIKE, tooth, *on_tooth, total)
+            grid_weights, tooth_weights = weights
+            couple(self.coefficients[side], self.place, tooth, *grid_weights, total)
+            if tooth_weights is not None and self.own is not None:
+                couple(self.own[side], _ALIKE, tooth, *tooth_weights, total)
 
     def _check(self, tooth: IntArray) -> None:
         """Refuse teeth outside the coefficients; the compiled loop does not check its indices."""

@@ -47,7 +47,7 @@ Both rise with the cube of the thickness and fall with the square of the harmoni
 overlaps of 0.5 and 2.9 and layers of 2 to 5.6 modules: 0.2 to 1 times the latter.
 """
 BLANK_LAYERS = 6e-4
-"""Relative error of the harmonics of a structured blank in layers as thick as the module, thicker than those of teeth.
+"""Relative error of the harmonics of a structured blank in layers as thick as the module.
 
 It rises with the square of the thickness.  Measured on a differential gear: 0.016 with layers of 5 modules.
 """
@@ -386,7 +386,7 @@ def _kinks(harmonics: FloatArray, count: int) -> FloatArray:
 def blank_error(gear: GearGeometry, fidelity: GearFidelity) -> float:
     """Return the relative error of the harmonics of a structured blank."""
     mesh = BLANK_MESH_ERROR * (4 / fidelity.profile_elements) ** 2
-    layers = BLANK_LAYERS * _blank_layer(_proportions(gear)[0], fidelity) ** 2
+    layers = BLANK_LAYERS * (gear.relative_width / fidelity.width_layers) ** 2
     return float(np.linalg.norm([BLANK_ERROR * fidelity.far_pattern_tolerance, mesh, layers]))
 
 
@@ -422,7 +422,7 @@ def _contact_error(
 def _proportions(gear: GearGeometry) -> tuple[float, float]:
     """Return the face width over the module and the overlap ratio b sin β/(π m_n)."""
     overlap = gear.face_width * np.sin(abs(gear.helix_angle)) / (np.pi * gear.normal_module)
-    return gear.face_width / gear.normal_module, float(overlap)
+    return gear.relative_width, float(overlap)
 
 
 def layer_ripple(gear: GearGeometry, fidelity: GearFidelity, count: int) -> FloatArray:
@@ -442,8 +442,7 @@ def layer_ripple(gear: GearGeometry, fidelity: GearFidelity, count: int) -> Floa
 
 def _blank_layer(width: float, fidelity: GearFidelity) -> float:
     """Return the thickness (normal modules) of the blank's layers, 0 if those of the teeth are not thinner."""
-    count = fidelity.blank_layer_count
-    return width / count if count < fidelity.tooth_layers(width) else 0.0
+    return width / fidelity.width_layers if fidelity.width_layers < fidelity.tooth_layers(width) else 0.0
 
 
 def relative_law_error(width: float, overlap: float, fidelity: GearFidelity, harmonic: ArrayLike = 1.0) -> FloatArray:

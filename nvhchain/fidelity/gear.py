@@ -21,9 +21,8 @@ class GearFidelity(Knobs, package="gear"):
     """Finite elements of the bodies, contact slices and the grid of the mesh law."""
 
     profile_elements: int = knob(low=1, high=100, sweep=(2, 4, 6), meaning="quadratic elements along one flank")
-    width_layers: int = knob(low=1, high=200, sweep=(4, 6, 8, 10),
-        meaning="element layers of a tooth over the face width; more in wide gears (`layer_thickness`), and where a "
-                "web is thin")
+    width_layers: int = knob(low=1, high=200, sweep=(2, 3, 4),
+        meaning="element layers of the blank over the face width; at least three, and more if it is thin, for a web")
     slices: int = knob(low=1, high=2000, sweep=(8, 16, 32),
         meaning="axial slices of a contact line over the face width, or over each axial pitch of a wider face")
     angles_per_mesh: int = knob(low=2, high=10_000, sweep=(24, 48, 96),
@@ -31,12 +30,9 @@ class GearFidelity(Knobs, package="gear"):
                 "gears are solid")
     deflections_per_doubling: int = knob(low=1, high=100, sweep=(2, 3, 4),
         meaning="mesh-law deflections while the deflection doubles; about half as many on the back flank")
-    layer_thickness: float = knob(_ANY_THICKNESS, low=0.05, high=1000.0,
-        sweep="of gears wider than width_layers are enough for",
-        meaning="largest thickness of the element layers of a tooth, in normal modules")
-    blank_layers: int = knob(0, low=0, high=200, sweep=(2, 3, 4),
-        meaning="element layers of the blank over the face width, more where a web is thin; each is cut into equal "
-                "ones of the teeth. 0: those of the teeth")
+    layer_thickness: float = knob(_ANY_THICKNESS, low=0.05, high=1000.0, sweep=(1.5, 1.0),
+        meaning="largest thickness of the element layers of a tooth, in normal modules; each layer of the blank is cut "
+                "into equal ones")
     contact_residual: float = knob(1e-10, low=1e-13, high=1e-4, sweep=(1e-5, 1e-7),
         meaning="admissible residual of the complementarity problem, relative to the deflection scale")
     transverse_refinement: int = knob(1, low=1, high=16, sweep="1 is its coarsest value",
@@ -63,19 +59,14 @@ class GearFidelity(Knobs, package="gear"):
         meaning="transverse_refinement of the mesh of one tooth in which root strain is read")
     # fmt: on
 
-    @property
-    def blank_layer_count(self) -> int:
-        """Element layers of a blank over its face width, without those of a thin web."""
-        return min(self.blank_layers or self.width_layers, self.width_layers)
-
     def tooth_layers(self, width: float) -> int:
-        """Return the element layers of a tooth over a face width (normal modules), without those of a thin web."""
-        least = max(self.width_layers, ceil(round(width / self.layer_thickness, 6)))
-        return self.blank_layer_count * -(-least // self.blank_layer_count)
+        """Return the element layers of a tooth over a face width (normal modules), whose blank has no thin web."""
+        least = max(1, ceil(round(width / self.layer_thickness, 6)))
+        return self.width_layers * -(-least // self.width_layers)
 
     def even_layers(self, count: int) -> GearFidelity:
         """Return the same knobs with `count` element layers in teeth and blanks, whatever the face width."""
-        return replace(self, width_layers=count, blank_layers=0, layer_thickness=_ANY_THICKNESS)
+        return replace(self, width_layers=count, layer_thickness=_ANY_THICKNESS)
 
     @property
     def law_steps(self) -> tuple[tuple[int, int], tuple[int, int]]:

@@ -37,7 +37,7 @@ _SLICES_IN_CACHE = 300
 _SECONDS_PER_CONTACT = 6.5e-9
 _LINES_PER_DISTRIBUTION = 4.2
 _LINES_PER_CONTACT_STEP = 5.5
-_MEGABYTES_PER_TOOTH, _MEGABYTES_PER_ALIKE_TOOTH = 0.37, 0.0164
+_MEGABYTES_PER_TOOTH, _MEGABYTES_PER_ALIKE_TOOTH, _MEGABYTES_PER_TOOTH_LAYER = 0.37, 0.0164, 1.4
 _MEMORY_GROWTH = 0.15
 _REFINED_MEMORY = 1.5
 _WEB_MEMORY_GROWTH = 0.7
@@ -212,23 +212,25 @@ def _body_seconds(bodies: Sequence[GearBody], knobs: GearFidelity) -> float:
     """
     if knobs.bodies != "elements":
         return 0.0
-    blank = _blank_knobs(knobs)
     coupled = [
-        body.geometry.teeth * blank.width_layers**2 * gear.bricks_over_even(body, blank) ** _WEB_GROWTH
+        body.geometry.teeth * _blank_layers(body, knobs) ** 2 * gear.bricks_over_even(body, knobs) ** _WEB_GROWTH
         for body in bodies
     ]
     loaded = sum((body.sector - 1) * each for body, each in zip(bodies, coupled, strict=True))
     finer = knobs.transverse_refinement**_REFINED * (knobs.profile_elements / knobs.row_aspect) ** _MESH_GROWTH
-    layers = [knobs.tooth_layers(body.geometry.face_width / body.geometry.normal_module) for body in bodies]
+    drawn = [body for body in bodies if not isinstance(body.blank, VolumeMesh)]
+    layers = [knobs.tooth_layers(body.geometry.relative_width) for body in drawn]
     profile = (knobs.transverse_refinement * knobs.profile_elements) ** _PROFILE_GROWTH
     teeth = profile * sum(count**_LAYER_GROWTH for count in layers)
     seconds = finer * (_SECONDS_PER_TOOTH * sum(coupled) + _SECONDS_PER_LOADED_TOOTH * loaded)
     return float(seconds + _SECONDS_PER_TOOTH_LAYERS * teeth)
 
 
-def _blank_knobs(knobs: GearFidelity) -> GearFidelity:
-    """Return the knobs of a gear's blank."""
-    return replace(knobs, width_layers=knobs.blank_layer_count)
+def _blank_layers(body: GearBody, knobs: GearFidelity) -> int:
+    """Return the layers of a blank without a web, or of the loads on an imported mesh."""
+    if isinstance(body.blank, VolumeMesh):
+        return knobs.tooth_layers(body.geometry.relative_width)
+    return knobs.width_layers
 
 
 def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
@@ -241,12 +243,14 @@ def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
     if isinstance(body.blank, VolumeMesh):
         return _MEGABYTES_PER_UNKNOWN * 3 * len(body.blank.nodes)
     rows, refined = knobs.profile_elements / knobs.row_aspect, knobs.transverse_refinement**_REFINED_MEMORY
-    blank = _blank_knobs(knobs)
-    coupled = body.geometry.teeth * blank.width_layers**2 * gear.bricks_over_even(body, blank) ** _WEB_MEMORY_GROWTH
+    coupled = body.geometry.teeth * knobs.width_layers**2 * gear.bricks_over_even(body, knobs) ** _WEB_MEMORY_GROWTH
     tooth_megabytes = (
         _MEGABYTES_PER_ALIKE_TOOTH * rows if body.sector == 1 else _MEGABYTES_PER_TOOTH * rows**_MEMORY_GROWTH
     )
-    return tooth_megabytes * coupled * refined
+    layers = knobs.tooth_layers(body.geometry.relative_width)
+    points = 2 * (2 * knobs.profile_elements + 1) * (2 * layers + 1)
+    condensed = _MEGABYTES_PER_TOOTH_LAYER * knobs.profile_elements * layers * refined + 3 * 8e-6 * points**2
+    return max(tooth_megabytes * coupled * refined, condensed)
 
 
 def recorded_time(case: GearboxCase) -> float:

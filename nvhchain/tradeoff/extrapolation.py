@@ -42,7 +42,7 @@ def extent(case: Case) -> dict[str, Any]:
         return {"width": [], "overlap": [], "wave": None}
     geometry = {gear.name: gear.geometry for gear in case.gears}
     wheels = [geometry[stage.wheel] for stage in case.stages]
-    widths = [wheel.face_width / wheel.normal_module for wheel in wheels]
+    widths = [wheel.relative_width for wheel in wheels]
     overlaps = [width * sin(abs(wheel.helix_angle)) / pi for width, wheel in zip(widths, wheels, strict=True)]
     return {"width": widths, "overlap": overlaps, "wave": case.housing.bending_wavelength(case.band.high)}
 

@@ -40,7 +40,10 @@ def compliances(request, pair, make_compliances):
 
 
 def engaged(pair, compliances, slices, scale=1.0):
-    softer = tuple(dataclasses.replace(c, blocks=scale * c.blocks) for c in compliances)
+    softer = tuple(
+        dataclasses.replace(c, blocks=scale * c.blocks, own=None if c.own is None else scale * c.own)
+        for c in compliances
+    )
     return Engagement(pair, softer, dataclasses.replace(DRAFT.gear, slices=slices))
 
 

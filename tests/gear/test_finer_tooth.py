@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.sparse.linalg import spsolve
 
 from nvhchain.conventions import STEEL
 from nvhchain.errors import InputError
@@ -11,12 +12,12 @@ from nvhchain.fidelity import DRAFT
 from nvhchain.gear import Engagement, GearBody, GearGeometry, GearPair, flank_compliance, flank_flexibility
 from nvhchain.gear.compliance.flank_compliance import compliance_at_points
 from nvhchain.gear.compliance.flank_splines import flank_splines
-from nvhchain.gear.compliance.tooth_compliance import condensed_tooth
+from nvhchain.gear.compliance.tooth_compliance import condensed_tooth, cylindrical_stiffness, flank_loads, unknowns
 from nvhchain.gear.elements.finer_tooth import finer_tooth, following
 from nvhchain.gear.elements.gear_mesh import gear_mesh
 
 EVEN = replace(DRAFT.gear.even_layers(4), profile_elements=2, row_aspect=2.0)
-HALVED = replace(EVEN, blank_layers=2)
+HALVED = replace(EVEN, width_layers=2, layer_thickness=2.0)
 WHEEL = GearBody(GearGeometry(24, 2e-3, np.radians(20), np.radians(25), 0.016, bore_radius=0.012))
 
 
@@ -44,37 +45,34 @@ def test_nodes_between_those_of_the_blank_follow_any_quadratic_field():
 
     every = np.arange(len(coarse.nodes))
     np.testing.assert_allclose(follow @ field(coarse, every), field(fine, nodes), atol=1e-12)
-    # across a face too: a field that is linear in its plane nodes and quadratic along the axis
-    height = cylindrical(0 * every, 0 * every, coarse.nodes[:, 2] * coarse.angle, coarse.angle)
-    expected = cylindrical(0 * nodes, 0 * nodes, fine.nodes[nodes, 2] * fine.angle[nodes], fine.angle[nodes])
-    np.testing.assert_allclose(follow @ height, expected, atol=2e-5 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("refinement", [1, 2])
-def test_one_flank_tells_of_the_other(refinement):
-    """A turn by half a revolution about the middle of a tooth: both flanks are solved for without it."""
-    fidelity = replace(EVEN, transverse_refinement=refinement)
-    mesh = gear_mesh(WHEEL, fidelity)
-    tooth = condensed_tooth(WHEEL.geometry, mesh, STEEL, friction=True)
-    n = len(tooth.own) // 2
-    radius, axial = len(tooth.radius), len(tooth.axial)
-    # the flanks' points are mirrored in pairs, while a symmetric solution couples them in both orders
-    np.testing.assert_allclose(tooth.own, tooth.own.T, atol=1e-10 * tooth.own.max())
-    mirrored = tooth.own.reshape(2, radius, axial, 2, radius, axial)[::-1, :, ::-1, ::-1, :, ::-1].reshape(2 * n, -1)
-    np.testing.assert_allclose(tooth.own, mirrored, atol=1e-10 * tooth.own.max())
-    # equilibrium of what is passed on: forces on the shared nodes balance the unit force on the flank, all components
-    from nvhchain.gear.compliance.tooth_compliance import flank_loads
-
-    loads = flank_loads(WHEEL.geometry, (mesh.pitch, mesh.pitch_solid), tooth.radius, tooth.axial).toarray()
-    angle = mesh.pitch_solid.angle
-    shared = np.concatenate([tooth.left, tooth.right, tooth.bottom])
-
-    def resultant(forces, angles):
-        r, t, z = forces.reshape(len(angles), 3, -1).transpose(1, 0, 2)
-        c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
-        return np.stack([(c * r - s * t).sum(axis=0), (s * r + c * t).sum(axis=0), z.sum(axis=0)])
-
-    np.testing.assert_allclose(resultant(tooth.passed, angle[shared]), resultant(loads, angle), atol=1e-9)
+@pytest.mark.parametrize(("refinement", "layers"), [(1, 4), (2, 4), (1, 8)])
+def test_forces_on_the_other_flank_are_those_of_its_own_solution(refinement, layers):
+    """Only the first flank is loaded: a tooth turned by half a revolution about its middle is the same tooth."""
+    mesh = gear_mesh(WHEEL, replace(EVEN, transverse_refinement=refinement))
+    finer = finer_tooth(WHEEL, mesh, layers)
+    tooth = condensed_tooth(WHEEL.geometry, mesh, STEEL, friction=True, finer=finer)
+    solid, lines = finer.solid, shared_lines(mesh)
+    K = cylindrical_stiffness(solid, solid.elements, STEEL)
+    shared = unknowns(np.concatenate([solid.stacked(line) for line in lines]))
+    inner = np.setdiff1d(np.arange(K.shape[0]), shared)
+    follow = following(mesh.pitch, mesh.pitch_solid, finer, lines)
+    follow = follow[:, unknowns(np.concatenate([tooth.left, tooth.right, tooth.bottom]))]
+    places = (mesh.pitch, solid), tooth.radius, tooth.axial
+    normal, along = (flank_loads(WHEEL.geometry, *places, profile_force=way)[inner] for way in (False, True))
+    n = normal.shape[1] // 2
+    loose = ~np.isin(inner, unknowns(solid.stacked(mesh.pitch.centre)))
+    for loads, passed, own in (
+        (normal, tooth.passed, tooth.own),
+        (along, tooth.passed_friction, tooth.own_friction),
+    ):
+        load = loads[:, n:].toarray()
+        moved = spsolve(K[inner][:, inner].tocsc(), load)
+        np.testing.assert_allclose(-follow.T @ (K[shared][:, inner] @ moved), passed[:, n:], atol=1e-9)
+        held = spsolve(K[inner[loose]][:, inner[loose]].tocsc(), load[loose])
+        expected = normal.T @ moved - normal[loose].T @ held
+        np.testing.assert_allclose(own[:, n:], expected, atol=1e-9 * expected.max())
 
 
 def test_half_the_layers_of_the_blank_change_little():
@@ -95,7 +93,7 @@ def test_half_the_layers_of_the_blank_change_little():
     assert halved < 0.4 * coarse
 
 
-def test_blocks_hold_everything_at_the_points_of_the_grid_and_neighbours_pass_through_the_blank_alone():
+def test_blocks_hold_everything_at_the_points_of_the_grid():
     found = flank_flexibility(WHEEL, HALVED, reach=1)
     assert found.parts == 2
     compliance = compliance_at_points(found)
@@ -113,10 +111,32 @@ def test_blocks_hold_everything_at_the_points_of_the_grid_and_neighbours_pass_th
 
 
 def test_layers_follow_the_width_over_the_module():
-    knobs = replace(DRAFT.gear, width_layers=6, blank_layers=3, layer_thickness=1.5)
-    assert [knobs.tooth_layers(width) for width in (1.0, 9.0, 9.1, 20.0)] == [6, 6, 9, 15]
-    assert replace(knobs, blank_layers=0).tooth_layers(9.1) == 12
-    assert replace(knobs, blank_layers=40).blank_layer_count == 6
+    """Whole multiples of the blank's, at most 1.5 modules thick."""
+    knobs = replace(DRAFT.gear, width_layers=3, layer_thickness=1.5)
+    assert [knobs.tooth_layers(width) for width in (1.0, 9.0, 9.1, 20.0)] == [3, 6, 9, 15]
+    assert replace(knobs, width_layers=8).tooth_layers(20.0) == 16
+    assert knobs.even_layers(5).tooth_layers(20.0) == 5
+
+
+def test_friction_is_read_between_the_nodes_of_the_blank_too():
+    """Displacement along a flank under forces along its profile, against layers as thin everywhere."""
+
+    def between(fidelity):
+        splines = flank_splines(flank_compliance(WHEEL, fidelity, reach=1, friction=True))
+        radius, axial = np.full(9, 0.026), np.linspace(-0.0075, 0.0075, 9)
+        return splines.friction_compliance(0, np.zeros(9, dtype=np.int64), radius, axial)
+
+    exact = between(replace(EVEN, width_layers=8))
+    halved = between(replace(EVEN, width_layers=4, layer_thickness=1.0))
+    assert np.abs(halved - exact).max() < 0.02 * np.abs(exact).max()
+
+
+def test_an_own_part_that_does_not_fit_the_grid_is_refused():
+    fine = flank_compliance(WHEEL, HALVED, reach=1)
+    with pytest.raises(InputError, match="own and tooth_axial belong together"):
+        replace(fine, tooth_axial=None)
+    with pytest.raises(InputError, match=r"own has shape .* must divide every interval"):
+        replace(fine, tooth_axial=fine.tooth_axial + 1e-6)
 
 
 def test_parts_of_a_flexibility_that_do_not_fit_are_refused():
@@ -131,7 +151,7 @@ def test_forces_with_thin_layers_in_the_teeth_alone_are_those_with_thin_layers_e
     pinion = GearBody(GearGeometry(19, 2e-3, np.radians(20), np.radians(-25), 0.016, bore_radius=0.01))
     pair = GearPair(pinion, WHEEL, centre_distance=43e-3 / np.cos(np.radians(25)))
     forces = []
-    for knobs in (replace(EVEN, width_layers=8), replace(EVEN, width_layers=8, blank_layers=4), EVEN):
+    for knobs in (replace(EVEN, width_layers=8), replace(EVEN, layer_thickness=1.0), EVEN):
         made = Engagement(pair, tuple(flank_compliance(b, knobs, reach=3) for b in (pinion, WHEEL)), knobs)
         forces.append([made.mesh_force(a * pair.mesh_period, np.array([15e-6]))[0] for a in (0.1, 0.35, 0.6, 0.85)])
     everywhere, teeth_alone, coarse = np.array(forces)

@@ -143,19 +143,25 @@ def test_elements_are_small_where_a_thin_web_meets_rim_and_hub_and_others_stay()
 def test_bricks_over_even_are_those_of_the_meshes():
     """The plan's measure of what a thin web takes more."""
     thin, thick = (GearBody(GEAR, ThinRim(thickness, 30e-3, 52e-3)) for thickness in (3e-3, 20e-3))
-    count = {}
+    count, fidelity = {}, dataclasses.replace(FIDELITY, width_layers=4)
     for body in (thin, thick):
-        mesh = gear_mesh(body, FIDELITY)
+        mesh = gear_mesh(body, fidelity)
         rows = len(np.unique(mesh.blank.plane.radius[: mesh.blank.plane.corners].round(9))) - 1
         count[body] = rows * (len(mesh.blank_solid.index) // 2)
-    assert bricks_over_even(thick, FIDELITY) == 1.0
-    assert bricks_over_even(thin, FIDELITY) == pytest.approx(count[thin] / count[thick])
+    assert bricks_over_even(thick, fidelity) == 1.0
+    assert bricks_over_even(thin, fidelity) == pytest.approx(count[thin] / count[thick])
     assert count[thin] > 2 * count[thick]
 
 
-def test_web_between_two_recesses_needs_three_layers():
-    with pytest.raises(InputError, match="width_layers = 2 cannot resolve the web: at least 3"):
-        gear_mesh(BODIES["differential"], dataclasses.replace(FIDELITY, width_layers=2))
+@pytest.mark.parametrize("layers", [1, 2, 3])
+@pytest.mark.parametrize("thickness", [1.5e-3, 14e-3, 36e-3])
+def test_web_between_two_recesses_has_two_layers_of_four(layers, thickness):
+    """However few the layers of other blanks are: one layer bends badly."""
+    even = np.linspace(-20e-3, 20e-3, layers + 1)
+    stations, inside = _web_layers(Web(0.05, 0.09, thickness, 1e-3), even)
+    assert inside.sum() == 2
+    assert not inside[[0, -1]].any()
+    assert len(stations) >= 5
 
 
 @pytest.mark.parametrize(("count", "width", "phase"), [(20, 17.0, 1.8), (5, 1.0, 0.0)])

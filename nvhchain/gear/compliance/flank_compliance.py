@@ -47,8 +47,9 @@ class FlankCompliance:
         flank.
     tooth_axial (n_a,): axial positions of the points of `own` (m), among them those of the grid.
     own (2, n_p n_a, n_p n_a): part of the compliance of a tooth at more points, by flank (m/N).
+    own_friction (2, n_p n_a, n_p n_a): the same of `friction`.
 
-    Raises InputError if the shape of `blocks` or the sector does not fit.
+    Raises InputError if the shape of `blocks` or `own`, the places of `own` or the sector do not fit.
 
     Frame: z along the shaft; angles count counter-clockwise about +z.  Tooth k has its centre line at 2π k /
     tooth_count in the mid-width plane z = 0.  The blank's phase is measured in the same plane.
@@ -68,7 +69,8 @@ class FlankCompliance:
     The local part is computed by the contact (Weber–Banaschek with depth `GearGeometry.depth_to_centre_line`).
 
     A tooth's own part, with its foot held, changes over shorter distances along the axis than what passes through the
-    foot. `blocks` contains it at the points of the grid. Where `own` is given, it is read there between them.
+    foot. `blocks` and `friction` contain it at the points of the grid. Between them it is read from `own` and
+    `own_friction`, where these are given.
 
     Teeth t and t + sector are alike, and C(t, u) = C(u, t)ᵀ; `block` therefore serves any two teeth within reach.
     """
@@ -82,6 +84,7 @@ class FlankCompliance:
     friction: FloatArray | None = None
     tooth_axial: FloatArray | None = None
     own: FloatArray | None = None
+    own_friction: FloatArray | None = None
 
     def __post_init__(self) -> None:
         n_p, n_w = len(self.radius), len(self.axial)
@@ -95,6 +98,18 @@ class FlankCompliance:
             self.sector >= 1 and self.tooth_count % self.sector == 0,
             f"FlankCompliance.sector = {self.sector} must divide the {self.tooth_count} teeth",
         )
+        require(
+            (self.own is None) == (self.tooth_axial is None),
+            "FlankCompliance.own and tooth_axial belong together: give both or neither",
+        )
+        if self.own is not None and self.tooth_axial is not None:
+            points, parts = n_p * len(self.tooth_axial), (len(self.tooth_axial) - 1) // max(n_w - 1, 1)
+            require(
+                np.shape(self.own) == (2, points, points)
+                and np.array_equal(self.tooth_axial[:: max(parts, 1)], self.axial),
+                f"FlankCompliance.own has shape {np.shape(self.own)}: {(2, points, points)} is needed, and its places "
+                "along the axis must divide every interval of the grid alike",
+            )
 
     @property
     def reach(self) -> int:
@@ -157,9 +172,14 @@ def flank_compliance(
         )
     if not friction:
         return compliance_at_points(flank_flexibility(body, fidelity, reach=reach, progress=progress))
-    found, sliding, own_friction = _solved(body, fidelity, reach, friction, progress)
-    friction_blocks = _friction(found.share, sliding, found.response, own_friction)
-    return replace(compliance_at_points(found), friction=friction_blocks)
+    found, sliding, own = _solved(body, fidelity, reach, friction, progress)
+    shape = 2, len(found.radius), len(found.tooth_axial)
+    own = own.reshape(*shape, *shape)
+    return replace(
+        compliance_at_points(found),
+        friction=_friction(found.share, sliding, found.response, _thinned(own, found.parts)),
+        own_friction=_same_flank(own) if found.parts > 1 else None,
+    )
 
 
 def flank_flexibility(
@@ -177,8 +197,7 @@ def compliance_at_points(found: FlankFlexibility) -> FlankCompliance:
     blocks = found.share.T @ found.response @ found.share
     n_a, parts = len(found.tooth_axial), found.parts
     own = found.own.reshape(2, n_p, n_a, 2, n_p, n_a)
-    blocks[:, 0] += own[:, :, ::parts, :, :, ::parts].reshape(blocks.shape[2:])
-    each = np.stack([own[flank, :, :, flank].reshape(n_p * n_a, -1) for flank in (0, 1)])
+    blocks[:, 0] += _thinned(own, parts)
     return FlankCompliance(
         radius=found.radius,
         axial=found.axial,
@@ -186,8 +205,19 @@ def compliance_at_points(found: FlankFlexibility) -> FlankCompliance:
         sector=sector,
         blocks=blocks.reshape(sector, distances, 2, n_p, n_w, 2, n_p, n_w),
         tooth_axial=found.tooth_axial if parts > 1 else None,
-        own=each if parts > 1 else None,
+        own=_same_flank(own) if parts > 1 else None,
     )
+
+
+def _thinned(own: FloatArray, parts: int) -> FloatArray:
+    """Return the compliance (n, n) at every `parts`-th place along the axis, of `own` (2, n_p, n_a, 2, n_p, n_a)."""
+    there = own[:, :, ::parts, :, :, ::parts]
+    return there.reshape(there[0, 0, 0].size, -1)
+
+
+def _same_flank(own: FloatArray) -> FloatArray:
+    """Return the compliance (2, n, n) of each flank under loads on it, of `own` (2, n_p, n_a, 2, n_p, n_a)."""
+    return np.stack([own[flank, :, :, flank].reshape(own[0, :, :, 0, 0, 0].size, -1) for flank in (0, 1)])
 
 
 def _check_reach(body: GearBody, reach: int) -> None:
@@ -205,10 +235,10 @@ def _solved(
 ) -> tuple[FlankFlexibility, FloatArray, FloatArray]:
     """Return the flexibility, and under forces along the profile the shares of patterns and a tooth's own compliance.
 
-    Without `friction` the last two have no columns.
+    Without `friction` the last two are empty.
     """
-    mesh = gear_mesh(body, replace(fidelity, width_layers=fidelity.blank_layer_count))
-    finer = finer_tooth(body, mesh, fidelity.tooth_layers(body.geometry.face_width / body.geometry.normal_module))
+    mesh = gear_mesh(body, fidelity)
+    finer = finer_tooth(body, mesh, fidelity.tooth_layers(body.geometry.relative_width))
     tooth = condensed_tooth(body.geometry, mesh, body.material, friction=friction, finer=finer)
     patterns, share, strength = load_patterns(tooth, fidelity.load_pattern_tolerance)
     shape = len(tooth.radius), len(tooth.axial)
@@ -233,11 +263,7 @@ def _solved(
         tooth_axial=tooth.axial + body.offset,
         own=tooth.own,
     )
-    own_friction = np.empty((n, 0))
-    if tooth.own_friction is not None:
-        points = tooth.own_friction.reshape(2, *shape, 2, *shape)
-        own_friction = points[:, :, :: finer.parts, :, :, :: finer.parts].reshape(n, n)
-    return found, share[:, n:], own_friction
+    return found, share[:, n:], np.empty((0, 0)) if tooth.own_friction is None else tooth.own_friction
 
 
 def _limited_harmonics(body: GearBody, fidelity: GearFidelity, share: FloatArray, response: FloatArray) -> FloatArray:

@@ -96,6 +96,7 @@ class FlankSplines:
     friction (n_tooth, 2 reach + 1, 2, n_p n_w, n_p n_w): coefficients of `FlankCompliance.friction` (m/N).
     tooth_basis: B-splines along the axis of a tooth's own part, which `coefficients` does not contain then.
     own (2, 1, 1, n_p n_a, n_p n_a): coefficients of `FlankCompliance.own` (m/N).
+    own_friction (2, n_p n_a, n_p n_a): coefficients of `FlankCompliance.own_friction` (m/N).
     """
 
     radial_basis: LocalBasis
@@ -105,6 +106,7 @@ class FlankSplines:
     friction: FloatArray | None = None
     tooth_basis: LocalBasis | None = None
     own: FloatArray | None = None
+    own_friction: FloatArray | None = None
 
     def weights(self, radius: FloatArray, axial: FloatArray) -> FlankWeights:
         """Return the `point_weights` of both grids."""
@@ -148,15 +150,27 @@ class FlankSplines:
         if not n:
             return total
         self._check(tooth)
-        index, weight = self.weights(radius, axial)[0]
-        start = np.arange(n + 1) * index.shape[1]
-        spread = sp.csr_matrix((weight.ravel(), index.ravel(), start), shape=(n, self.friction.shape[-1]))
+        grid_weights, tooth_weights = self.weights(radius, axial)
+        spread = _spread(grid_weights, self.friction.shape[-1])
         for a in np.unique(tooth):
             for b in np.unique(tooth):
                 block = self.friction[self.place[a % len(self.place)], reach + b - a, side]
                 moved, loaded = np.flatnonzero(tooth == a), np.flatnonzero(tooth == b)
                 total[np.ix_(moved, loaded)] = spread[moved] @ (spread[loaded] @ block.T).T
+        if tooth_weights is not None and self.own_friction is not None:
+            own = self.own_friction[side]
+            spread = _spread(tooth_weights, own.shape[-1])
+            for a in np.unique(tooth):
+                there = np.flatnonzero(tooth == a)
+                total[np.ix_(there, there)] += spread[there] @ (spread[there] @ own.T).T
         return total
+
+
+def _spread(weights: Weights, count: int) -> sp.csr_matrix:
+    """Return the matrix (n, count) from coefficients to values at points."""
+    index, weight = weights
+    start = np.arange(len(index) + 1) * index.shape[1]
+    return sp.csr_matrix((weight.ravel(), index.ravel(), start), shape=(len(index), count))
 
 
 def flank_splines(compliance: FlankCompliance) -> FlankSplines:
@@ -166,25 +180,36 @@ def flank_splines(compliance: FlankCompliance) -> FlankSplines:
     (radius, radial_matrix), (axial, axial_matrix) = local_basis(c.radius), local_basis(c.axial)
 
     shape = (len(c.blocks), c.reach + 1, n, n)
-    blocks = np.stack([c.blocks[:, :, f, :, :, f].reshape(shape) for f in (0, 1)])
-    friction = None if c.friction is None else _coefficients(c.friction, radial_matrix, axial_matrix)
+    blocks, friction = np.stack([c.blocks[:, :, f, :, :, f].reshape(shape) for f in (0, 1)]), c.friction
     place = np.full(c.sector, -1)
     place[list(c.teeth_held)] = np.arange(len(c.teeth_held))
-    if c.own is None or c.tooth_axial is None:
-        return FlankSplines(radius, axial, _coefficients(blocks, radial_matrix, axial_matrix), place, friction)
-    tooth_basis, tooth_matrix = local_basis(c.tooth_axial)
-    points = (2, len(c.radius), len(c.tooth_axial))
-    parts = (len(c.tooth_axial) - 1) // (len(c.axial) - 1)
-    blocks[:, :, 0] -= c.own.reshape(*points, *points[1:])[:, :, ::parts, :, ::parts].reshape(2, 1, n, n)
+    basis = own = own_friction = None
+    if c.own is not None and c.tooth_axial is not None:
+        basis, tooth_matrix = local_basis(c.tooth_axial)
+        own = _coefficients(c.own[:, None, None], radial_matrix, tooth_matrix)
+        blocks[:, :, 0] -= _thinned(c.own, c)[:, None]
+        if friction is not None and c.own_friction is not None:
+            own_friction = _coefficients(c.own_friction, radial_matrix, tooth_matrix)
+            friction = friction.copy()
+            friction[:, c.reach] -= _thinned(c.own_friction, c)
     return FlankSplines(
-        radius,
-        axial,
-        _coefficients(blocks, radial_matrix, axial_matrix),
-        place,
-        friction,
-        tooth_basis,
-        _coefficients(c.own[:, None, None], radial_matrix, tooth_matrix),
+        radial_basis=radius,
+        axial_basis=axial,
+        coefficients=_coefficients(blocks, radial_matrix, axial_matrix),
+        place=place,
+        friction=None if friction is None else _coefficients(friction, radial_matrix, axial_matrix),
+        tooth_basis=basis,
+        own=own,
+        own_friction=own_friction,
     )
+
+
+def _thinned(own: FloatArray, c: FlankCompliance) -> FloatArray:
+    """Return the compliance (2, n, n) at the points of the grid, of `own` (2, n_p n_a, n_p n_a)."""
+    assert c.tooth_axial is not None
+    points, parts = (len(c.radius), len(c.tooth_axial)), (len(c.tooth_axial) - 1) // (len(c.axial) - 1)
+    there = own.reshape(2, *points, *points)[:, :, ::parts, :, ::parts]
+    return there.reshape(2, len(c.radius) * len(c.axial), -1)
 
 
 def _coefficients(values: FloatArray, radial_matrix: FloatArray, axial_matrix: FloatArray) -> FloatArray:

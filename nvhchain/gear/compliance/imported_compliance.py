@@ -46,12 +46,12 @@ def imported_compliance(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray | None]:
     """Return radius, axial, blocks and friction of `FlankCompliance`; arguments as in `flank_compliance`.
 
-    `profile_elements` and `width_layers` of the fidelity set the grid, two intervals for each.  A point of the flank
+    `profile_elements` and layers of teeth by the fidelity set the grid, two intervals for each.  A point of the flank
     outside the mesh is an InputError.
     """
     gear, sector = body.geometry, body.sector
     radius = np.linspace(gear.form_radius, gear.tip_form_radius, 2 * fidelity.profile_elements + 1)
-    axial = np.linspace(-0.5, 0.5, 2 * fidelity.width_layers + 1) * gear.face_width
+    axial = np.linspace(-0.5, 0.5, 2 * fidelity.tooth_layers(gear.relative_width) + 1) * gear.face_width
     K, _ = stiffness_and_mass(mesh.nodes, mesh.elements, mesh.kind, body.material, mass=False)
     loads = _Loads(body, mesh, radius, axial)
     normal, sliding = {}, {}

@@ -234,6 +234,11 @@ class GearGeometry:
         return float(np.arctan(np.tan(self.helix_angle) * np.cos(self.transverse_pressure_angle)))
 
     @property
+    def relative_width(self) -> float:
+        """Face width over the normal module."""
+        return self.face_width / self.normal_module
+
+    @property
     def base_pitch(self) -> float:
         """Transverse base pitch p_bt = 2π r_b / z (m)."""
         return 2 * np.pi * self.base_radius / self.teeth

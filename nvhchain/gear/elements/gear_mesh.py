@@ -13,7 +13,6 @@ from math import ceil
 
 import numpy as np
 
-from nvhchain.errors import require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.drawing.blank import Web
 from nvhchain.gear.drawing.body import GearBody
@@ -26,6 +25,9 @@ from nvhchain.handoff import FloatArray, IntArray
 _THIN, _WEB_PART, _FLAT = 0.3, 0.4, 0.3
 """Three limits of thin webs. Webs with less than the first part of the layers bend about their ends. They get up to the
 second part of the layers and at least two. No layer is flatter than the third part of an even one."""
+
+_BENT = 2
+"""Least layers of a web: with one layer, gears were up to 5 % too soft or too stiff."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +110,11 @@ def swept_tooth(body: GearBody, pitch: PitchMesh, layers: int) -> SolidMesh:
     return _swept(body, pitch.plane, innermost_solid(body), pitch.inner_radius, stations, present)
 
 
+def even_fidelity(body: GearBody, fidelity: GearFidelity) -> GearFidelity:
+    """Return the knobs with which the blank has as many layers as the teeth."""
+    return fidelity.even_layers(fidelity.tooth_layers(body.geometry.relative_width))
+
+
 def bricks_over_even(body: GearBody, fidelity: GearFidelity) -> float:
     """Return the bricks of the blank relative to those of a blank with even rows and layers.
 
@@ -139,14 +146,12 @@ def _swept(
 
 def _web_layers(web: Web, even: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Return layer faces (m) that meet the web's faces, and the layers that the web fills."""
-    layers, width = len(even) - 1, even[-1] - even[0]
+    width = even[-1] - even[0]
     low, high = web.offset - 0.5 * web.thickness, web.offset + 0.5 * web.thickness
     below, above = low - even[0] > 1e-6 * width, even[-1] - high > 1e-6 * width
-    require(
-        layers >= 1 + below + above,
-        f"width_layers = {layers} cannot resolve the web: at least {1 + below + above} are needed",
-    )
-    if round(web.thickness / width * layers) < ceil(_THIN * layers):
+    layers = max(len(even) - 1, _BENT + below + above)
+    even = np.linspace(even[0], even[-1], layers + 1)
+    if round(web.thickness / width * layers) < max(_BENT, ceil(_THIN * layers)):
         count = max(2, round(web.thickness / width * layers / _FLAT))
         return _thin_web_layers(low, high, even, min(count, ceil(_WEB_PART * layers)))
     count = max(1, min(round(web.thickness / width * layers), layers - below - above))

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
-from nvhchain.gear.elements.gear_mesh import GearMesh, gear_mesh
+from nvhchain.gear.elements.gear_mesh import GearMesh, even_fidelity, gear_mesh
 from nvhchain.handoff import IntArray
 
 _SAME = 1e-6
@@ -17,8 +17,11 @@ _SAME = 1e-6
 
 
 def whole_mesh(body: GearBody, fidelity: GearFidelity) -> VolumeMesh:
-    """Return the blank and all teeth of a gear as one mesh in Cartesian axes; the blank's nodes come first."""
-    return joined_mesh(body, gear_mesh(body, fidelity))[0]
+    """Return the blank and all teeth of a gear as one mesh in Cartesian axes; the blank's nodes come first.
+
+    The blank has the layers of the teeth; for mesh laws it has fewer.
+    """
+    return joined_mesh(body, gear_mesh(body, even_fidelity(body, fidelity)))[0]
 
 
 def joined_mesh(body: GearBody, mesh: GearMesh) -> tuple[VolumeMesh, IntArray]:

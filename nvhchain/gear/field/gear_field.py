@@ -22,7 +22,7 @@ from nvhchain.gear.contact.contact_lines import check_coefficient, wheel_angle
 from nvhchain.gear.contact.local_law import local_law
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.pair import DRIVE, GearPair
-from nvhchain.gear.elements.gear_mesh import GearMesh, SolidMesh, gear_mesh
+from nvhchain.gear.elements.gear_mesh import GearMesh, SolidMesh, even_fidelity, gear_mesh
 from nvhchain.gear.elements.whole_mesh import joined_mesh
 from nvhchain.gear.laws.slice_loads import slice_loads
 from nvhchain.gear.laws.transmission_error import LoadedMesh
@@ -72,7 +72,7 @@ def gear_field(
     check_coefficient(friction)
     body, lines = (pair.pinion, pair.wheel)[gear], loaded.lines
     require(len(lines.axial) > 0, "the loaded mesh has no contact lines: choose an angle at which the flanks touch")
-    mesh = gear_mesh(body, fidelity)
+    mesh = gear_mesh(body, even_fidelity(body, fidelity))
     loads = slice_loads(pair, gear, (mesh.pitch, mesh.pitch_solid), loaded, friction)
     number = lines.tooth[gear] % body.geometry.teeth
     tooth_forces = {int(t): np.asarray(loads[:, number == t].sum(axis=1)).ravel() for t in np.unique(number)}

@@ -34,7 +34,7 @@ from nvhchain.gear.compliance.tooth_compliance import (
 from nvhchain.gear.contact.contact_lines import check_coefficient
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.pair import GearPair
-from nvhchain.gear.elements.gear_mesh import GearMesh, gear_mesh
+from nvhchain.gear.elements.gear_mesh import GearMesh, even_fidelity, gear_mesh
 from nvhchain.gear.laws.slice_loads import nodal_forces
 from nvhchain.gear.laws.transmission_error import LoadedMesh
 from nvhchain.gear.root_strain.places import RootPlace
@@ -177,6 +177,7 @@ def _prepared(
     body: GearBody, places: Sequence[RootPlace], fidelity: GearFidelity
 ) -> tuple[GearMesh, CondensedTooth, _ProbedTooth]:
     """Mesh the body, condense its tooth and prepare the response at `places`."""
+    fidelity = even_fidelity(body, fidelity)
     mesh = gear_mesh(body, fidelity)
     submodel = root_submodel(body, mesh, list(places), fidelity)
     tooth = condensed_tooth(body.geometry, mesh, body.material)

@@ -150,9 +150,9 @@ def _body_bytes(case: Case, name: str, different: Callable[[Callable[[Case], str
         if name == f"mesh law {stage.name}":
             for place in ("pinion", "wheel"):
                 body = getattr(case.pairs[number], place)  # type: ignore[union-attr]
-                knobs, width = fidelity.gear, body.geometry.face_width / body.geometry.normal_module
-                points = 2 * (2 * knobs.profile_elements + 1) * (2 * knobs.tooth_layers(width) + 1)
-                each = BODY_BYTES * body.sector * knobs.blank_layer_count**2 + 8.0 * points**2
+                knobs, layers = fidelity.gear, fidelity.gear.tooth_layers(body.geometry.relative_width)
+                points = 2 * (2 * knobs.profile_elements + 1) * (2 * layers + 1)
+                each = BODY_BYTES * body.sector * knobs.width_layers**2 + 8.0 * points**2
                 total += each * different(partial(_body_key, stage=number, place=place))
     return total
 

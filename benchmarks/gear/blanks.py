@@ -52,7 +52,7 @@ TORQUE = 150.0
 MESHES = {
     "standard": STANDARD.gear,
     "halved across": replace(STANDARD.gear, profile_elements=8, transverse_refinement=2),
-    "twice the layers": STANDARD.gear.even_layers(20),
+    "20 layers": STANDARD.gear.even_layers(20),
     "both": replace(STANDARD.gear.even_layers(20), profile_elements=8, transverse_refinement=2),
 }
 TOO_LARGE = {"3 mm web, both"}

@@ -57,6 +57,7 @@ from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.interop import write_abaqus
 
 ROOT = Path(__file__).parents[2]
+EVEN = DRAFT.gear.even_layers(6)
 DATA = ROOT / "tests" / "regression" / "gear" / "calculix_tooth.json"
 LIMIT = 1e-6
 """Relative; CalculiX prints seven digits."""
@@ -89,8 +90,7 @@ class Model:
 def models() -> dict[str, Model]:
     """A small helical wheel with slots, and the spur wheel with slots of the thesis, ch. 4."""
     small = GearGeometry(18, 3e-3, np.radians(20.0), np.radians(15.0), 12e-3, 6e-3, profile_shift=0.1)
-    even = DRAFT.gear.even_layers(DRAFT.gear.width_layers)
-    exact = replace(even, load_pattern_tolerance=0.0, far_pattern_tolerance=0.0, root_refinement=1)
+    exact = replace(EVEN, load_pattern_tolerance=0.0, far_pattern_tolerance=0.0, root_refinement=1)
     return {
         "helical, 18 teeth, 3 slots": Model(
             GearBody(small, Slots(3, 9e-3, 18e-3, np.radians(70.0), 1e-3, phase=0.2)),
@@ -281,7 +281,7 @@ def of_own(model: Model) -> dict[str, Any]:
 def stored(model: Model, found: dict[str, Any]) -> dict[str, Any]:
     """What the tests need to compare anew."""
     pair, contact = one_tooth(model)
-    fidelity = {k: v for k, v in asdict(model.fidelity).items() if v != getattr(DRAFT.gear, k)}
+    fidelity = {k: v for k, v in asdict(model.fidelity).items() if v != getattr(EVEN, k)}
     return {
         "wheel": macro(model.wheel.geometry),
         "blank": described(model.wheel.blank),

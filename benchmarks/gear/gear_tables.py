@@ -66,7 +66,7 @@ def against_last(title: str, what: str, meshes: int, curves: dict[str, list[floa
 
 def grids_table(record: Record) -> list[str]:
     """Slices against the most; laws against the deflection solved directly."""
-    lines = against_last("Slices, stage 1 slotted, 8 layers", "slices", record["meshes"], record["slices"])
+    lines = against_last("Slices, stage 1 slotted", "slices", record["meshes"], record["slices"])
     for what, title in (
         ("angles", f"Angles per mesh, δ between them by a spline, against {FINE_ANGLES}"),
         ("deflections", f"Deflections per doubling of a law with {LAW_ANGLES} angles per mesh, against δ solved"),

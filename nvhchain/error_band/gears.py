@@ -331,8 +331,8 @@ def _law_spectrum(
 
     Both begin at order 0 and hold `count` harmonics or more.
 
-    errors: of mesh harmonics from the first on, over the strongest; what layers add to them, over the mean deflection;
-    and of harmonics of the blank, relative.
+    errors: three parts. That of mesh harmonics from the first on, over the strongest; that of layers in them, over the
+    mean deflection; and the relative one of harmonics of the blank.
     """
     mesh_error, ripple, blank_share = errors
     held = len(harmonics)

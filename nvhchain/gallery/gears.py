@@ -64,7 +64,7 @@ FRICTION = 0.3
 
 def gear_fidelity(fidelity: GearFidelity, angles_per_mesh: int) -> GearFidelity:
     """Return the fidelity of spur gears 23 mm wide: 6 layers and 8 slices suffice (docs/measured/gear/gear.md)."""
-    return replace(fidelity, width_layers=6, slices=8, angles_per_mesh=angles_per_mesh)
+    return replace(fidelity.even_layers(6), slices=8, angles_per_mesh=angles_per_mesh)
 
 
 def engagement(

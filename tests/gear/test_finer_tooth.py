@@ -13,7 +13,7 @@ from nvhchain.gear import Engagement, GearBody, GearGeometry, GearPair, flank_co
 from nvhchain.gear.compliance.flank_compliance import compliance_at_points
 from nvhchain.gear.compliance.flank_splines import flank_splines
 from nvhchain.gear.compliance.tooth_compliance import condensed_tooth, cylindrical_stiffness, flank_loads, unknowns
-from nvhchain.gear.elements.finer_tooth import finer_tooth, following
+from nvhchain.gear.elements.finer_tooth import finer_tooth, following_matrix
 from nvhchain.gear.elements.gear_mesh import gear_mesh
 
 EVEN = replace(DRAFT.gear.even_layers(4), profile_elements=2, row_aspect=2.0)
@@ -32,7 +32,7 @@ def test_nodes_between_those_of_the_blank_follow_any_quadratic_field():
     assert finer.parts == 3
     assert finer.solid.layers == 6
     coarse, fine = mesh.pitch_solid, finer.solid
-    follow = following(mesh.pitch, coarse, finer, shared_lines(mesh))
+    follow = following_matrix(mesh.pitch, coarse, finer, shared_lines(mesh))
     nodes = np.concatenate([fine.stacked(line) for line in shared_lines(mesh)])
 
     def cylindrical(x, y, z, angle):
@@ -57,7 +57,7 @@ def test_forces_on_the_other_flank_are_those_of_its_own_solution(refinement, lay
     K = cylindrical_stiffness(solid, solid.elements, STEEL)
     shared = unknowns(np.concatenate([solid.stacked(line) for line in lines]))
     inner = np.setdiff1d(np.arange(K.shape[0]), shared)
-    follow = following(mesh.pitch, mesh.pitch_solid, finer, lines)
+    follow = following_matrix(mesh.pitch, mesh.pitch_solid, finer, lines)
     follow = follow[:, unknowns(np.concatenate([tooth.left, tooth.right, tooth.bottom]))]
     places = (mesh.pitch, solid), tooth.radius, tooth.axial
     normal, along = (flank_loads(WHEEL.geometry, *places, profile_force=way)[inner] for way in (False, True))

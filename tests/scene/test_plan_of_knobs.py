@@ -65,10 +65,10 @@ def planned_of_bodies(case, **knobs):
 
 
 def test_gears_take_seconds_and_memory_by_the_entries_between_the_nodes_that_teeth_share(case):
-    """Blanks of 6, 12 and 24 layers under teeth of 24."""
+    """Teeth and blanks of 6, 12 and 24 layers."""
     wheel, layers = case.pairs[0].wheel, (6, 12, 24)
     counted = np.diff([entries(gear_mesh(wheel, replace(nvh.DRAFT.gear, width_layers=count))) for count in layers])
-    steps = [planned(case, "mesh law", "gear", width_layers=count, layer_thickness=0.25) for count in layers]
+    steps = [planned(case, "mesh law", "gear", width_layers=count, layer_thickness=100.0) for count in layers]
     for found in ([step.seconds for step in steps], [step.megabytes for step in steps]):
         less, more = np.diff(found)
         assert more / less == pytest.approx(counted[1] / counted[0], rel=0.3)

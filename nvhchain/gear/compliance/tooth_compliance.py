@@ -27,7 +27,7 @@ from nvhchain.fem._sparse import BLOCK, Factor, factorize
 from nvhchain.fem.elasticity import stiffness_and_mass
 from nvhchain.fem.elements import hex20_shape
 from nvhchain.gear.drawing.geometry import GearGeometry
-from nvhchain.gear.elements.finer_tooth import FinerTooth, following
+from nvhchain.gear.elements.finer_tooth import FinerTooth, following_matrix
 from nvhchain.gear.elements.gear_mesh import GearMesh, SolidMesh
 from nvhchain.gear.elements.pitch_mesh import PitchMesh
 from nvhchain.handoff import FloatArray, IntArray
@@ -159,7 +159,9 @@ def condensed_tooth(
     K = cylindrical_stiffness(solid, solid.elements, material)
     K_io, K_ii = K[shared][:, inner], K[shared][:, shared]
     if finer.parts > 1:
-        follow = following(pitch, mesh.pitch_solid, finer, lines)[:, unknowns(np.concatenate([left, right, bottom]))]
+        follow = following_matrix(pitch, mesh.pitch_solid, finer, lines)[
+            :, unknowns(np.concatenate([left, right, bottom]))
+        ]
         K_io, K_ii = sp.csr_matrix(follow.T @ K_io), follow.T @ K_ii @ follow
     radius, axial = flank_grid((pitch, solid))
     loads = [

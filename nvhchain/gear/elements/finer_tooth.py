@@ -1,8 +1,8 @@
 """Tooth in thinner layers than the blank below it: its outer faces follow the nodes that the blank has there.
 
-Forces on a flank are local, what the tooth passes on is smooth (Saint-Venant). Each layer of the blank is cut into
-equal ones. Every face of the blank's layers then holds whole faces of the tooth's, whose shape functions contain those
-of the larger one. The field stays continuous.
+Forces on a flank are local; those that the tooth passes on are smooth (Saint-Venant). Each layer of the blank is cut
+into equal ones. Every face of the blank's layers then holds whole faces of the tooth's, whose shape functions contain
+those of the larger one. The field is continuous, but for the curvature of a helix within a layer.
 """
 
 from __future__ import annotations
@@ -32,13 +32,15 @@ class FinerTooth:
 
 
 def finer_tooth(body: GearBody, mesh: GearMesh, layers: int) -> FinerTooth:
-    """Cut every layer of the pitch of `mesh` into as many equal ones as make at least `layers` of all."""
+    """Cut every layer of the pitch of `mesh` into equal ones, at least `layers` in all."""
     count = mesh.pitch_solid.layers
     parts = max(1, -(-layers // count))
     return FinerTooth(mesh.pitch_solid if parts == 1 else swept_tooth(body, mesh.pitch, parts * count), parts)
 
 
-def following(pitch: PitchMesh, coarse: SolidMesh, finer: FinerTooth, lines: tuple[IntArray, ...]) -> sp.csr_matrix:
+def following_matrix(
+    pitch: PitchMesh, coarse: SolidMesh, finer: FinerTooth, lines: tuple[IntArray, ...]
+) -> sp.csr_matrix:
     """Return the matrix from displacements of the coarser pitch to those of finer nodes on its outer faces.
 
     lines: transverse nodes; the solid nodes above and below each line follow each other.

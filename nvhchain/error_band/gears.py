@@ -46,11 +46,6 @@ BLANK_LAYER_ERROR: over the strongest harmonic, before a law is known.  BLANK_LA
 Both rise with the cube of the thickness and fall with the square of the harmonic's number.  Measured on pairs with
 overlaps of 0.5 and 2.9 and layers of 2 to 5.6 modules: 0.2 to 1 times the latter.
 """
-BLANK_LAYERS = 6e-4
-"""Relative error of the harmonics of a structured blank in layers as thick as the module.
-
-It rises with the square of the thickness.  Measured on a differential gear: 0.016 with layers of 5 modules.
-"""
 
 SLICE_ERROR, SLICE_RIPPLE = 1.2, 2.0
 """SLICE_ERROR: error by the sum over S slices in place of the integral over a helical face of overlap ratio ε.
@@ -249,8 +244,7 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
         error = contact_error(wheel.geometry, knobs, _kinks(meshing, max(held, count) // teeth + 2))
         error *= meshing.max(initial=0.0) / max(harmonics[teeth::teeth].max(initial=0.0), 1e-300)
         ripple = layer_ripple(wheel.geometry, knobs, len(error))
-        blank = blank_error(wheel.geometry, knobs)
-        own, wrong = _law_spectrum(harmonics, teeth, (error, ripple, blank), knobs, count)
+        own, wrong = _law_spectrum(harmonics, teeth, error, ripple, knobs, count)
         table = _table_error(law, force, deflection, teeth)[:held] / harmonics[0]
         wrong[: len(table)] = np.hypot(wrong[: len(table)], table)
         spectra.append((base, own, wrong))
@@ -321,20 +315,13 @@ def folded(spectra: Sequence[tuple[Fraction, FloatArray, FloatArray]], highest: 
 
 
 def _law_spectrum(
-    harmonics: FloatArray,
-    teeth: int,
-    errors: tuple[FloatArray, FloatArray, float],
-    fidelity: GearFidelity,
-    count: int,
+    harmonics: FloatArray, teeth: int, mesh_error: FloatArray, ripple: FloatArray, fidelity: GearFidelity, count: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return harmonics of a body period of `teeth` teeth and their errors, over the mean deflection.
 
-    Both begin at order 0 and hold `count` harmonics or more.
-
-    errors: three parts. That of mesh harmonics from the first on, over the strongest; that of layers in them, over the
-    mean deflection; and the relative one of harmonics of the blank.
+    Both begin at order 0 and hold `count` harmonics or more. `mesh_error` is that of mesh harmonics from the first on,
+    over the strongest, `ripple` what layers add to them, over the mean deflection.
     """
-    mesh_error, ripple, blank_share = errors
     held = len(harmonics)
     own = np.pad(harmonics / harmonics[0], (0, max(count - held, 0)))
     number = np.arange(len(own))
@@ -356,7 +343,8 @@ def _law_spectrum(
     # the blank's own harmonics take from each other, sidebands from their mesh harmonic
     slow = (number < teeth) & (number > 0)
     base = np.where(slow, np.sqrt(own * own[slow].max(initial=0.0)), np.where(side == 0, 0.0, own))
-    blank = blank_share * base
+    coarse = BLANK_MESH_ERROR * (4 / fidelity.profile_elements) ** 2
+    blank = np.hypot(BLANK_ERROR * fidelity.far_pattern_tolerance, coarse) * base
     mesh_number = np.maximum(nearest // teeth, 1)
     largest = LARGEST_ERROR / mesh_number
     bodies = largest if fidelity.bodies == "analytic" else np.minimum(mesh_error[mesh_number - 1], largest)
@@ -381,13 +369,6 @@ def _kinks(harmonics: FloatArray, count: int) -> FloatArray:
     size = harmonics * number**2 / max(float(harmonics.max(initial=0.0)), 1e-300)
     largest = np.max([np.pad(size, 1)[shift : shift + len(size)] for shift in range(3)], axis=0)
     return np.pad(largest, (0, max(count - len(largest), 0)), mode="edge") if len(largest) else np.zeros(count)
-
-
-def blank_error(gear: GearGeometry, fidelity: GearFidelity) -> float:
-    """Return the relative error of the harmonics of a structured blank."""
-    mesh = BLANK_MESH_ERROR * (4 / fidelity.profile_elements) ** 2
-    layers = BLANK_LAYERS * (gear.relative_width / fidelity.width_layers) ** 2
-    return float(np.linalg.norm([BLANK_ERROR * fidelity.far_pattern_tolerance, mesh, layers]))
 
 
 def contact_error(gear: GearGeometry, fidelity: GearFidelity, kinks: FloatArray) -> FloatArray:

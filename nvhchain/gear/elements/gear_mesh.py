@@ -150,7 +150,6 @@ def _web_layers(web: Web, even: FloatArray) -> tuple[FloatArray, BoolArray]:
     low, high = web.offset - 0.5 * web.thickness, web.offset + 0.5 * web.thickness
     below, above = low - even[0] > 1e-6 * width, even[-1] - high > 1e-6 * width
     layers = max(len(even) - 1, _BENT + below + above)
-    even = np.linspace(even[0], even[-1], layers + 1)
     if round(web.thickness / width * layers) < max(_BENT, ceil(_THIN * layers)):
         count = max(2, round(web.thickness / width * layers / _FLAT))
         return _thin_web_layers(low, high, even, min(count, ceil(_WEB_PART * layers)))

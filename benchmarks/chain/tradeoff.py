@@ -62,6 +62,8 @@ def with_shipped_rows(sweep: Tradeoff, case: Case, *, today: bool, changed: str 
     base, *made = sweep.measurements
     day = {name: of_that(cost, base.stages[name]) for name, cost in shipped.measurements[0].stages.items()}
     if changed:
+        if changed not in day:
+            sys.exit(f"--changed={changed}: the steps are {', '.join(day)}")
         others = [ratio for name, ratio in day.items() if name != changed and ratio != (1.0, 1.0)]
         day[changed] = tuple(np.median(others, axis=0).tolist())
         shipped = replace(shipped, measurements=tuple(with_changed(shipped.measurements, base, changed, day[changed])))

@@ -6,7 +6,7 @@ from scipy.optimize import minimize
 
 from nvhchain.conventions import STEEL
 from nvhchain.errors import SolverError
-from nvhchain.gear.contact._slices import gaps
+from nvhchain.gear.contact._slices import cholesky_solve, gaps
 from nvhchain.gear.contact.slice_forces import contact_half_width, local_deflection, local_law, slice_forces
 
 PAIR = (STEEL, STEEL)
@@ -156,3 +156,16 @@ def test_an_unreachable_tolerance_raises():
     law = local_law(rho, depths, PAIR)
     with pytest.raises(SolverError, match="did not converge"):
         slice_forces(C, np.full((1, len(length)), 20e-6), length, law, tolerance=1e-30)
+
+
+@pytest.mark.parametrize("size", [4, 8, 20, 96])
+def test_elimination_by_tiles_solves_as_numpy_does(size):
+    """Newton's steps would converge with a wrong elimination too, only more slowly."""
+    rng = np.random.default_rng(size)
+    root = rng.normal(size=(size, size))
+    matrix, right = root @ root.T + 1e-2 * np.eye(size), rng.normal(size=size)
+    solved, factor = right.copy(), np.tril(matrix)
+    assert cholesky_solve(factor, solved, size)
+    np.testing.assert_allclose(solved, np.linalg.solve(matrix, right), rtol=1e-6, atol=1e-9 * np.abs(solved).max())
+    np.testing.assert_allclose(np.tril(factor), np.linalg.cholesky(matrix), atol=1e-9 * np.abs(matrix).max())
+    assert not cholesky_solve(-np.eye(size), right.copy(), size)

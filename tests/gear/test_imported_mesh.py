@@ -31,9 +31,8 @@ from nvhchain.gear import (
 )
 
 FIDELITY = dataclasses.replace(
-    DRAFT.gear,
+    DRAFT.gear.even_layers(2),
     profile_elements=2,
-    width_layers=2,
     load_pattern_tolerance=1e-12,
     far_pattern_tolerance=0.0,
     row_aspect=2.0,

@@ -28,7 +28,7 @@ from nvhchain.gear import (
 
 PAIR = GearPair(GearBody(CROWNED), GearBody(SPUR, BLANKS["d"]), 150e-3)
 COARSE = dataclasses.replace(
-    DRAFT.gear, profile_elements=3, width_layers=3, slices=3, row_aspect=4.0, root_refinement=2, corner_gap=0.0
+    DRAFT.gear.even_layers(3), profile_elements=3, slices=3, row_aspect=4.0, root_refinement=2, corner_gap=0.0
 )
 CONTACT = dataclasses.replace(COARSE, profile_elements=2, load_pattern_tolerance=0.02, far_pattern_tolerance=0.3)
 TEETH = OVER_A_SLOT, BETWEEN = 0, 10

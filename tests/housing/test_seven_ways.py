@@ -51,7 +51,10 @@ def on_skin(mesh, casting, fidelity):
     """Modes and residual vectors of the casting at its skin."""
     model = casting_model(mesh, casting)
     seats = bearing_seats(model, {bore.name: bore.centre for bore in casting.bores})
-    with pytest.warns(AccuracyWarning, match="tetrahedra are 5.6 times"):
+    with (
+        pytest.warns(AccuracyWarning, match="per bending wavelength of walls"),
+        pytest.warns(AccuracyWarning, match="tetrahedra are 5.6 times"),
+    ):
         return modal_model(model, seats, f_top=fidelity.mode_ratio * F_MAX, modal_damping=casting.modal_damping)
 
 

@@ -22,7 +22,7 @@ class GearFidelity(Knobs, package="gear"):
 
     profile_elements: int = knob(low=1, high=100, sweep=(2, 4, 6), meaning="quadratic elements along one flank")
     width_layers: int = knob(low=1, high=200, sweep=(2, 3, 4),
-        meaning="element layers of the blank over the face width; at least three, and more if it is thin, for a web")
+        meaning="element layers of the blank over the face width; with a web between recesses at least four")
     slices: int = knob(low=1, high=2000, sweep=(8, 16, 32),
         meaning="axial slices of a contact line over the face width, or over each axial pitch of a wider face")
     angles_per_mesh: int = knob(low=2, high=10_000, sweep=(24, 48, 96),

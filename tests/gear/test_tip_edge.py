@@ -189,7 +189,7 @@ def test_potential_of_an_edge_is_the_work_of_its_deflection_on_every_piece():
         q = share * float(law.limit[0])
         work = quad(lambda x: float(law.deflection(np.array([x]))[0]), 0.0, q, epsrel=1e-9, limit=400)[0]
         zero, one = np.zeros((1, 1)), np.ones(1)
-        energy, worst = gaps(zero, 0 * one, one, law.limit, 1 / np.log(law.ratio), *pieces, q * one, 0 * one)
+        energy, worst = gaps(zero, 0 * one, one, np.log(law.limit), 1 / np.log(law.ratio), *pieces, q * one, 0 * one)
         assert energy == pytest.approx(work, rel=1e-6)
         assert worst == pytest.approx(float(law.deflection(np.array([q]))[0]), rel=1e-12)
 

@@ -115,19 +115,41 @@ class FlankSplines:
             return grid_weights, None
         return grid_weights, point_weights(self.radial_basis, self.tooth_basis, radius, axial)
 
+    @property
+    def alike(self) -> bool:
+        """Whether the compliance is the same for all teeth."""
+        return len(self.place) == 1
+
     def add(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
         """Add to `total` (n, n) in m/N the compliance between points on flanks `side` of teeth `tooth` (n,).
 
         Points of one tooth must follow each other.  Teeth that are absent or too far apart are an InputError.
         """
+        self.add_alike(total, side, tooth, weights)
+        self.add_differing(total, side, tooth, weights)
+
+    def add_alike(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
+        """Add the part of `add` that stays when all teeth are replaced by others, as many further on."""
+        grid_weights, tooth_weights = weights
+        if self.alike:
+            self._couple(self.coefficients[side], self.place, tooth, grid_weights, total)
+        if tooth_weights is not None and self.own is not None:
+            self._couple(self.own[side], _ALIKE, tooth, tooth_weights, total)
+
+    def add_differing(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
+        """Add the rest of `add`, which depends on the teeth."""
+        if not self.alike:
+            self._couple(self.coefficients[side], self.place, tooth, weights[0], total)
+
+    def _couple(
+        self, coefficients: FloatArray, place: IntArray, tooth: IntArray, weights: Weights, total: FloatArray
+    ) -> None:
+        """Add the compliance by these coefficients to `total`."""
         from nvhchain.gear.compliance._couple import couple  # compiled
 
         if len(tooth):
             self._check(tooth)
-            grid_weights, tooth_weights = weights
-            couple(self.coefficients[side], self.place, tooth, *grid_weights, total)
-            if tooth_weights is not None and self.own is not None:
-                couple(self.own[side], _ALIKE, tooth, *tooth_weights, total)
+            couple(coefficients, place, tooth, *weights, total)
 
     def _check(self, tooth: IntArray) -> None:
         """Refuse teeth outside the coefficients; the compiled loop does not check its indices."""

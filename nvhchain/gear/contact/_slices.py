@@ -10,6 +10,9 @@ _SUMS = {"reassoc", "contract"}
 rounding."""
 
 
+SETTLED = 0.1
+"""Part of the residual that a step may leave, for the next one to take the same factor."""
+
 TILE = 4
 """Rows and columns of a matrix that are eliminated together, while they stay in the processor's registers."""
 
@@ -34,11 +37,9 @@ def reduce_tile(H: np.ndarray, i: int, j: int) -> None:
     H[i + 3, j], H[i + 3, j + 1], H[i + 3, j + 2], H[i + 3, j + 3] = d0, d1, d2, d3
 
 
-@numba.njit(
-    "boolean(float64[:, ::1], float64[::1], int64)", cache=True, nogil=True, error_model="numpy", fastmath=_SUMS
-)
-def cholesky_solve(H: np.ndarray, x: np.ndarray, n: int) -> bool:
-    """Overwrite the leading n entries of x by H⁻¹x, n a multiple of `TILE`; the lower triangle becomes its factor.
+@numba.njit("boolean(float64[:, ::1], int64)", cache=True, nogil=True, error_model="numpy", fastmath=_SUMS)
+def factorize(H: np.ndarray, n: int) -> bool:
+    """Overwrite the lower triangle of the leading n rows of H by its Cholesky factor, n a multiple of `TILE`.
 
     Returns False where H is not positive definite.
     """
@@ -62,6 +63,12 @@ def cholesky_solve(H: np.ndarray, x: np.ndarray, n: int) -> bool:
                     H[row, row] = np.sqrt(s)
                 else:
                     return False
+    return True
+
+
+@numba.njit("void(float64[:, ::1], float64[::1], int64)", cache=True, nogil=True, error_model="numpy", fastmath=_SUMS)
+def substitute(H: np.ndarray, x: np.ndarray, n: int) -> None:
+    """Overwrite the leading n entries of x by their solution, with the factor in the lower triangle of H."""
     for i in range(n):
         s = x[i]
         for k in range(i):
@@ -71,15 +78,14 @@ def cholesky_solve(H: np.ndarray, x: np.ndarray, n: int) -> bool:
         x[i] /= H[i, i]
         for k in range(i):
             x[k] -= H[i, k] * x[i]
-    return True
 
 
 @numba.njit("int64(float64, float64, float64, int64)", cache=True, nogil=True, error_model="numpy")
-def piece_of(q: float, limit: float, pieces_per_ratio: float, last: int) -> int:
-    """Return the piece of the local law for the load q > 0 (N/m)."""
-    if q >= limit:
+def piece_of(load: float, limit: float, pieces_per_ratio: float, last: int) -> int:
+    """Return the piece of the local law for a load; both it and the limit are logarithms (of N/m)."""
+    if load >= limit:
         return last
-    return max(int(np.floor(np.log(q / limit) * pieces_per_ratio)) + last, 0)
+    return max(int(np.floor((load - limit) * pieces_per_ratio)) + last, 0)
 
 
 @numba.njit(
@@ -94,7 +100,7 @@ def gaps(
     C: np.ndarray,
     approach: np.ndarray,
     length: np.ndarray,
-    limit: np.ndarray,
+    log_limit: np.ndarray,
     pieces_per_ratio: float,
     level: np.ndarray,
     half_slope: np.ndarray,
@@ -103,7 +109,10 @@ def gaps(
     F: np.ndarray,
     g: np.ndarray,
 ) -> tuple[float, float]:
-    """Fill the gaps g (m); return the potential Φ (J) and the largest violation (m)."""
+    """Fill the gaps g (m); return the potential Φ (J) and the largest violation (m).
+
+    log_limit (n,): logarithms of the limits (N/m).
+    """
     n = len(F)
     last = level.shape[1] - 1
     energy = 0.0
@@ -116,8 +125,9 @@ def gaps(
         u -= approach[i]
         if F[i] > 0.0:
             q = F[i] / length[i]
-            k = piece_of(q, limit[i], pieces_per_ratio, last)
-            A, H, D, log = level[i, k], half_slope[i, k], offset[i, k], np.log(q)
+            log = np.log(q)
+            k = piece_of(log, log_limit[i], pieces_per_ratio, last)
+            A, H, D = level[i, k], half_slope[i, k], offset[i, k]
             u += D + q * (A - H * log)
             energy += length[i] * (stored[i, k] + q * (D + q * (0.5 * A - H * (0.5 * log - 0.25))))
             worst = max(worst, abs(u))
@@ -149,13 +159,18 @@ def solve(
     forces: np.ndarray,
     residual: np.ndarray,
 ) -> None:
-    """Solve by projected Newton with an active set, one case after the other, each started from the one before."""
+    """Solve by projected Newton with an active set, one case after the other, each started from the one before.
+
+    A factor is used again, in the next case too, while the same slices carry and each step leaves at most a part
+    `SETTLED` of the residual.
+    """
     n = len(length)
     last = level.shape[1] - 1
     F, trial, g, g_trial = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     step, free = np.zeros(n + TILE), np.zeros(n, np.int64)
-    H = np.zeros((n + TILE, n + TILE))
-    before = 0.0
+    H, factored = np.zeros((n + TILE, n + TILE)), np.zeros(n, np.int64)
+    carrying, settled = 0, False
+    before, log_limit = 0.0, np.log(limit)
     for case in range(len(approach)):
         a, scale = approach[case], 0.0
         for i in range(n):
@@ -167,34 +182,43 @@ def solve(
         # the law is close to linear: the scaled previous solution lies near and below the new one
         F *= scale / before if before > 0.0 else 0.0
         before = scale
-        energy, worst = gaps(C, a, length, limit, pieces_per_ratio, level, half_slope, offset, stored, F, g)
+        energy, worst = gaps(C, a, length, log_limit, pieces_per_ratio, level, half_slope, offset, stored, F, g)
         iteration = 0
         while worst > tolerance * scale and iteration < max_iterations:
             iteration += 1
             m = 0
             for i in range(n):
                 if F[i] > 0.0 or g[i] < 0.0:
+                    settled = settled and factored[m] == i
                     free[m] = i
+                    step[m] = -g[i]
                     m += 1
-            for r in range(m):
-                i = free[r]
-                # δ_loc has no finite slope at 0: a slice that closes takes the slope at a thousandth of the load that
-                # would take up about the whole approach locally
-                q = F[i] / length[i]
-                if q <= 0.0:
-                    q = 1e-3 * min(scale / level[i, 0], limit[i])
-                k = piece_of(q, limit[i], pieces_per_ratio, last)
-                for s in range(r):
-                    H[r, s] = C[i, free[s]]
-                H[r, r] = C[i, i] + (level[i, k] - half_slope[i, k] * (np.log(q) + 1.0)) / length[i]
-                step[r] = -g[i]
-            whole = -(-m // TILE) * TILE
-            for r in range(m, whole):  # rows that move nothing
-                for s in range(r):
-                    H[r, s] = 0.0
-                H[r, r], step[r] = 1.0, 0.0
-            if not cholesky_solve(H, step, whole):
-                break
+            settled = settled and m == carrying
+            carrying, whole = m, -(-m // TILE) * TILE
+            for r in range(m, whole):
+                step[r] = 0.0
+            again = settled
+            if not again:
+                for r in range(m):
+                    i = free[r]
+                    factored[r] = i
+                    # δ_loc has no finite slope at 0: a slice that closes takes the slope at a thousandth of the load
+                    # that would take up about the whole approach locally
+                    q = F[i] / length[i]
+                    if q <= 0.0:
+                        q = 1e-3 * min(scale / level[i, 0], limit[i])
+                    log = np.log(q)
+                    k = piece_of(log, log_limit[i], pieces_per_ratio, last)
+                    for s in range(r):
+                        H[r, s] = C[i, free[s]]
+                    H[r, r] = C[i, i] + (level[i, k] - half_slope[i, k] * (log + 1.0)) / length[i]
+                for r in range(m, whole):  # rows that move nothing
+                    for s in range(r):
+                        H[r, s] = 0.0
+                    H[r, r] = 1.0
+                if not factorize(H, whole):
+                    break
+            substitute(H, step, whole)
             alpha = 1.0
             accepted = False
             for _ in range(40):
@@ -204,12 +228,17 @@ def solve(
                     i = free[r]
                     trial[i] = max(0.0, F[i] + alpha * step[r])
                     slope += g[i] * (trial[i] - F[i])
-                e, w = gaps(C, a, length, limit, pieces_per_ratio, level, half_slope, offset, stored, trial, g_trial)
+                e, w = gaps(
+                    C, a, length, log_limit, pieces_per_ratio, level, half_slope, offset, stored, trial, g_trial
+                )
                 # near the solution Φ is flat to rounding; a falling residual is accepted instead
                 if w < 0.5 * worst or e <= energy + 1e-4 * slope:
                     accepted = True
                     break
                 alpha *= 0.5
+            settled = accepted and w <= SETTLED * worst
+            if not accepted and again:
+                continue
             if not accepted:
                 break
             F, trial, g, g_trial = trial, F, g_trial, g

@@ -50,8 +50,9 @@ limit."""
 _PART = 0.05
 """Part of a slice that remains where the limit cuts it; its middle is then nearly at the limit."""
 
-_KEPT = 1024
-"""Largest number of phases kept, of some 0.1 MB each; a mesh law has two for each angle of a mesh period."""
+_KEPT_BYTES = 2.0**27
+"""Memory of the compliances of kept phases (bytes); a mesh law has two phases for each angle of a mesh period."""
+
 _PHASES = 2**40
 """Phases of a mesh period that are told apart: equal ones of different mesh periods differ by rounding."""
 
@@ -80,12 +81,16 @@ def slice_count(pair: GearPair, fidelity: GearFidelity) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _Phase:
-    """Contact lines at a phase of the mesh, with their unloaded gap, local law and weights in the compliances."""
+    """Contact lines at a phase of the mesh, with their unloaded gap, local law and weights in the compliances.
+
+    alike (n, n): part of the compliance that is the same in all mesh periods (m/N).
+    """
 
     lines: ContactLines
     gap: FloatArray
     law: LocalLaw
     weights: tuple[FlankWeights | None, ...]
+    alike: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,20 +174,32 @@ class Engagement:
         order = mesh_order(self.pair, lines)
         return self.deviations.removed(self.pair, lines.flank, order, lines.radius, lines.axial, travel, later)
 
-    def compliance(self, lines: ContactLines, weights: tuple[FlankWeights | None, ...] | None = None) -> FloatArray:
-        """Return C (n, n) in m/N: normal approach at every slice under a unit normal force at each, both gears.
+    def compliance(self, lines: ContactLines) -> FloatArray:
+        """Return C (n, n) in m/N: normal approach at every slice under a unit normal force at each, both gears."""
+        weights = self._weights(lines)
+        return self._with_differing(self._alike(lines, weights), lines, weights)
 
-        weights: those of the slices, if already computed.
-        """
+    def _alike(self, lines: ContactLines, weights: tuple[FlankWeights | None, ...]) -> FloatArray:
+        """Return the part (n, n) of `compliance` in m/N that is the same in all mesh periods."""
         n = len(lines.length)
         total = np.zeros((n, n))
-        weights = weights or self._weights(lines)
         for tooth, radius, body_compliance, own in zip(lines.tooth, lines.radius, self._splines, weights, strict=True):
             if isinstance(body_compliance, SliceCompliance):
                 body_compliance.add(total, radius, lines.length)
             else:
                 assert own is not None
-                body_compliance.add(total, lines.side, tooth, own)
+                body_compliance.add_alike(total, lines.side, tooth, own)
+        return total
+
+    def _with_differing(
+        self, alike: FloatArray, lines: ContactLines, weights: tuple[FlankWeights | None, ...]
+    ) -> FloatArray:
+        """Return `compliance`, of its part that is the same in all mesh periods."""
+        total = alike.copy()
+        for tooth, body_compliance, own in zip(lines.tooth, self._splines, weights, strict=True):
+            if isinstance(body_compliance, FlankSplines):
+                assert own is not None
+                body_compliance.add_differing(total, lines.side, tooth, own)
         return total
 
     def _weights(self, lines: ContactLines) -> tuple[FlankWeights | None, ...]:
@@ -198,8 +215,9 @@ class Engagement:
         found = self._phases.get((phase, flank))
         if found is None:
             lines = self.lines(phase / _PHASES * self.pair.mesh_period, flank)
-            found = _Phase(lines, separation(self.pair, lines), self.local_law(lines), self._weights(lines))
-            if len(self._phases) < _KEPT:
+            weights, law = self._weights(lines), self.local_law(lines)
+            found = _Phase(lines, separation(self.pair, lines), law, weights, self._alike(lines, weights))
+            if len(self._phases) * found.alike.nbytes < _KEPT_BYTES:
                 self._phases[phase, flank] = found
         later = meshes * self.pair.sense * np.array([[-1], [1]])
         return replace(found.lines, tooth=found.lines.tooth + later), found
@@ -257,9 +275,9 @@ class Engagement:
         friction: coefficient of friction μ in the deflection of the teeth along their profile.
         Returns force (n_case, n): slice forces (N).
         """
-        lines = self.lines(angle, flank)
-        gap = self.gap(lines) if separation is None else separation
-        return lines, self.forces_on(lines, np.asarray(approach, float)[:, None] - gap, friction=friction)
+        problem = self.problem(angle, flank)
+        gap = problem.gap if separation is None else separation
+        return problem.lines, problem.forces(np.asarray(approach, float)[:, None] - gap, friction)
 
     def local_law(self, lines: ContactLines) -> LocalLaw:
         """Return the local deflection law of every slice."""
@@ -269,33 +287,95 @@ class Engagement:
         return local_law(lines.curvature, depths, materials, edges=lines.edges, held=(pinion, wheel))
 
     def residual(self, lines: ContactLines, approach: float, force: FloatArray, *, friction: float = 0.0) -> float:
-        """Return the largest violation of the contact conditions (m) by slice forces (n,) in N at an approach (m)."""
-        pressed, compliance = approach - self.gap(lines), self.compliance(lines)
-        if friction:
-            compliance = compliance + friction * self.friction_compliance(lines)
-        return complementarity_residual(compliance, pressed, lines.length, self.local_law(lines), force)
+        """Return `ContactProblem.residual` of slice forces (n,) in N on given lines."""
+        return self._problem_on(lines).residual(approach, force, friction)
 
     def forces_on(self, lines: ContactLines, approach: FloatArray, *, friction: float = 0.0) -> FloatArray:
+        """Return `ContactProblem.forces` (n_case, n) in N on given lines."""
+        return self._problem_on(lines).forces(approach, friction)
+
+    def problem(self, angle: float, flank: int = DRIVE) -> ContactProblem:
+        """Return the contact problem at wheel `angle` (rad)."""
+        lines, gap, phase = self._lines_gap_and_phase(angle, flank)
+        return ContactProblem(self, lines, gap, phase.law, phase.alike, phase.weights)
+
+    def _problem_on(self, lines: ContactLines) -> ContactProblem:
+        weights = self._weights(lines)
+        alike = self._alike(lines, weights)
+        return ContactProblem(self, lines, self.gap(lines), self.local_law(lines), alike, weights)
+
+    def mesh_force(self, angle: float, deflection: FloatArray) -> FloatArray:
+        """Return F(θ, δ) (n_defl,) in N: > 0 on the drive flank, 0 in the backlash gap, < 0 on the back flank."""
+        deflection = np.asarray(deflection, float)
+        force = np.zeros(len(deflection))
+        for flank, sign in ((DRIVE, 1.0), (BACK, -1.0)):
+            approach = deflection if flank == DRIVE else -(deflection + self.pair.backlash)
+            problem = self.problem(angle, flank)
+            closed = np.flatnonzero(approach > problem.gap.min(initial=np.inf))
+            closed = closed[np.argsort(approach[closed])]  # each solution starts the next one
+            if len(closed):
+                force[closed] += sign * problem.forces(approach[closed, None] - problem.gap).sum(axis=1)
+        return force
+
+    def first_contact(self, angle: float, flank: int = DRIVE) -> float:
+        """Return the approach (m) at which the flanks first touch at wheel `angle` (rad).
+
+        It is 0 without micro-geometry and misalignment.
+        """
+        return float(self._lines_gap_and_phase(angle, flank)[1].min())
+
+
+@dataclass(frozen=True, eq=False)
+class ContactProblem:
+    """Contact at one wheel angle on one flank.
+
+    engagement: the pair.
+    lines: contact lines.
+    gap (n,): unloaded gap of every slice, deviations included (m).
+    law: local law of every slice.
+    alike (n, n): part of the compliance that is the same in all mesh periods (m/N).
+    weights: those of the slices in the compliances of both gears.
+    """
+
+    engagement: Engagement
+    lines: ContactLines
+    gap: FloatArray
+    law: LocalLaw
+    alike: FloatArray
+    weights: tuple[FlankWeights | None, ...]
+
+    @cached_property
+    def compliance(self) -> FloatArray:
+        """`Engagement.compliance` (n, n) in m/N."""
+        return self.engagement._with_differing(self.alike, self.lines, self.weights)
+
+    @cached_property
+    def friction_compliance(self) -> FloatArray:
+        """`Engagement.friction_compliance` (n, n) in m/N."""
+        return self.engagement.friction_compliance(self.lines)
+
+    def residual(self, approach: float, force: FloatArray, friction: float = 0.0) -> float:
+        """Return the largest violation of the contact conditions (m) by slice forces (n,) in N at an approach (m)."""
+        compliance = self.compliance + (friction * self.friction_compliance if friction else 0.0)
+        return complementarity_residual(compliance, approach - self.gap, self.lines.length, self.law, force)
+
+    def forces(self, approach: FloatArray, friction: float = 0.0) -> FloatArray:
         """Return the slice forces (n_case, n) in N for the approach (n_case, n) in m of every slice, less its gap.
 
         With friction the problem is not that of a minimum.  The deflection due to friction is put on the right-hand
         side and iterated.  Each iteration reduces the change by a factor of about μ tan α.
         """
-        return self._solved(lines, approach, self.local_law(lines), self.compliance(lines), friction)
+        lines, pair, tolerance = self.lines, self.engagement.pair, self.engagement.fidelity.contact_residual
 
-    def _solved(
-        self, lines: ContactLines, approach: FloatArray, law: LocalLaw, compliance: FloatArray, friction: float = 0.0
-    ) -> FloatArray:
-        """Return `forces_on` with a given local law and compliance."""
-        tolerance = self.fidelity.contact_residual
-        forces = slice_forces(compliance, approach, lines.length, law, tolerance=tolerance)
+        def solved(approach: FloatArray) -> FloatArray:
+            return slice_forces(self.compliance, approach, lines.length, self.law, tolerance=tolerance)
+
+        forces = solved(approach)
         if friction:
-            friction_compliance = friction * self.friction_compliance(lines)
+            friction_compliance = friction * self.friction_compliance
             for _ in range(FRICTION_ROUNDS):
                 friction_approach = friction_compliance @ forces.T
-                forces = slice_forces(
-                    compliance, approach - friction_approach.T, lines.length, law, tolerance=tolerance
-                )
+                forces = solved(approach - friction_approach.T)
                 change = np.abs(friction_compliance @ forces.T - friction_approach).max(initial=0.0)
                 if change <= tolerance * np.abs(approach).max(initial=0.0):
                     break
@@ -304,7 +384,7 @@ class Engagement:
                     f"friction = {friction:g}: slice forces still move the flanks by {1e6 * change:.3g} µm after "
                     f"{FRICTION_ROUNDS} rounds: lower the coefficient"
                 )
-        a = sum(half_space_compliance(body.material) for body in (self.pair.pinion, self.pair.wheel))
+        a = sum(half_space_compliance(body.material) for body in (pair.pinion, pair.wheel))
         width = strip_half_width(forces / lines.length, lines.curvature, lines.edges.angle, a)
         excess = width - lines.depth.min(axis=0)
         if (excess > 0).any():
@@ -316,29 +396,6 @@ class Engagement:
                 "thicker (tip_radius, addendum)"
             )
         return forces
-
-    def mesh_force(self, angle: float, deflection: FloatArray) -> FloatArray:
-        """Return F(θ, δ) (n_defl,) in N: > 0 on the drive flank, 0 in the backlash gap, < 0 on the back flank."""
-        deflection = np.asarray(deflection, float)
-        force = np.zeros(len(deflection))
-        for flank, sign in ((DRIVE, 1.0), (BACK, -1.0)):
-            approach = deflection if flank == DRIVE else -(deflection + self.pair.backlash)
-            lines, gap, phase = self._lines_gap_and_phase(angle, flank)
-            closed = np.flatnonzero(approach > gap.min(initial=np.inf))
-            closed = closed[np.argsort(approach[closed])]  # each solution starts the next one
-            if len(closed):
-                compliance = self.compliance(lines, phase.weights)
-                force[closed] += sign * self._solved(lines, approach[closed, None] - gap, phase.law, compliance).sum(
-                    axis=1
-                )
-        return force
-
-    def first_contact(self, angle: float, flank: int = DRIVE) -> float:
-        """Return the approach (m) at which the flanks first touch at wheel `angle` (rad).
-
-        It is 0 without micro-geometry and misalignment.
-        """
-        return float(self._lines_gap_and_phase(angle, flank)[1].min())
 
 
 def close_edges(engagement: Engagement, drive: float, back: float = 0.0) -> Engagement:

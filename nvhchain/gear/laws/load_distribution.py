@@ -115,7 +115,8 @@ def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatA
     guess, found = 1e-9 * force, []
     for angle in angles:
         loaded = loaded_mesh(engagement, float(angle), force, guess=guess)
-        guess, lines = loaded.deflection, loaded.lines
+        guess, problem = loaded.deflection, engagement.problem(float(angle))
+        lines = problem.lines
         share = loaded.force / loaded.force.sum()
         sense, distance = mean_sliding(pair, lines.position, lines.length)
         lever = cos(pair.base_helix_angle) * lines.axial + pair.sense * sin(pair.base_helix_angle) * (
@@ -123,8 +124,7 @@ def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatA
         )
         width = pair.face_width * cos(pair.base_helix_angle)
         tilt = 2.0 * PROBE * guess / width
-        pressed = guess - engagement.gap(lines) + np.array([[-tilt], [tilt]]) * lever
-        less, more = engagement.forces_on(lines, pressed)
+        less, more = problem.forces(guess - problem.gap + np.array([[-tilt], [tilt]]) * lever)
         found.append(
             [
                 share @ sense,

@@ -139,14 +139,15 @@ def loaded_mesh(
         f"force = {force:g} N must be positive and finite: unloaded flanks touch at `Engagement.first_contact`",
     )
     require(isfinite(angle), f"angle = {angle:g} rad must be finite")
-    tolerance, start = 1e3 * engagement.fidelity.contact_residual, engagement.first_contact(angle)
+    tolerance, problem = 1e3 * engagement.fidelity.contact_residual, engagement.problem(angle)
+    start, lines = float(problem.gap.min()), problem.lines
     pressed = max(guess - start, 0.1 * guess)
     require(0 < pressed < inf, f"guess = {guess:g} m must be a positive deflection, such as 1 nm for every newton")
     unit = engagement.pair.base_radius[0] * np.cos(engagement.pair.base_helix_angle)
     bending = friction if friction_bending else 0.0
     for _ in range(_MOST_STEPS):
         probe = start + pressed * np.array([1.0, 1 + 1e-4])
-        lines, forces = engagement.forces(angle, probe, friction=bending)
+        forces = problem.forces(probe[:, None] - problem.gap, bending)
         arms = lever_arms(engagement.pair, lines, friction)
         total = forces @ (arms[0] / unit)
         tangent = (total[1] - total[0]) / (probe[1] - probe[0])
@@ -165,7 +166,7 @@ def loaded_mesh(
                 stiffness,
                 normal[0] / probe[0],
                 (pinion_torque, wheel_torque),
-                engagement.residual(lines, float(probe[0]), forces[0], friction=bending),
+                problem.residual(float(probe[0]), forces[0], bending),
             )
         pressed = max(pressed + (force - total[0]) / tangent, pressed / 10)
     raise SolverError(f"no deflection found for {force:g} N at wheel angle {angle:g} rad")

@@ -118,7 +118,7 @@ def modes_and_ritz_vectors(
         above = shapes[:, count:]
         series = [above.T @ load / values[count:, None] ** number for number in range(1, max(terms, default=0) + 1)]
         values, shapes = values[:count], shapes[:, :count]
-        ritz = [_ritz_vectors(K, M, shapes, above, series[:number]) for number in terms]
+        ritz = _ritz_vectors(K, M, shapes, above, series, terms)
     else:
         shifts = (limit, (1 + _MOVED) * limit) if counts_eigenvalues(K.shape[0]) else (-_NEGATIVE_SHIFT * limit,)
         for shift in shifts:
@@ -137,18 +137,36 @@ def modes_and_ritz_vectors(
     return *_finished(K, values, shapes), ritz
 
 
-def _ritz_vectors(K: Any, M: Any, modes: FloatArray, basis: FloatArray, motions: list[FloatArray]) -> RitzVectors:
-    """Return Ritz vectors in the space of motions (m, k) in coordinates of an M-orthonormal basis, beside the modes."""
+def _ritz_vectors(
+    K: Any, M: Any, modes: FloatArray, basis: FloatArray, motions: list[FloatArray], terms: Sequence[int]
+) -> list[RitzVectors]:
+    """Return Ritz vectors beside the modes in the space of the first motions (m, k), for each number of terms.
+
+    basis: (n, m) M-orthonormal vectors, in whose coordinates the motions are given.
+    """
+    if not motions:
+        return []
+    spans = [_span(motions[:number]) for number in terms]
+    widest = spans[int(np.argmax(terms))]
+    vectors = basis @ widest
+    vectors -= modes @ (modes.T @ (M @ vectors))
+    whole_mass, stiffness = vectors.T @ (M @ vectors), vectors.T @ (K @ vectors)
+    found = []
+    for span in spans:
+        part = widest.T @ span
+        mass = part.T @ whole_mass @ part
+        part = part[:, mass.diagonal() > _MODES_ALONE]  # the others were rounding errors of the modes
+        values, turned = scipy.linalg.eigh(part.T @ stiffness @ part, part.T @ whole_mass @ part)
+        found.append(RitzVectors(np.sqrt(values) / (2 * np.pi), vectors @ (part @ turned)))
+    return found
+
+
+def _span(motions: list[FloatArray]) -> FloatArray:
+    """Return orthonormal columns that span the motions (m, k)."""
     series = np.hstack(motions)
     series = series / np.linalg.norm(series, axis=0).clip(np.finfo(float).tiny)
     left, size, _ = np.linalg.svd(series, full_matrices=False)
-    vectors = basis @ left[:, size > _DEPENDENT * max(size.max(initial=0.0), np.finfo(float).tiny)]
-    vectors -= modes @ (modes.T @ (M @ vectors))
-    mass = vectors.T @ (M @ vectors)
-    own = mass.diagonal() > _MODES_ALONE  # the others were rounding errors of the modes
-    vectors, mass = vectors[:, own], mass[np.ix_(own, own)]
-    values, turned = scipy.linalg.eigh(vectors.T @ (K @ vectors), mass)
-    return RitzVectors(np.sqrt(values) / (2 * np.pi), vectors @ turned)
+    return np.asarray(left[:, size > _DEPENDENT * max(size.max(initial=0.0), np.finfo(float).tiny)])
 
 
 def _shifted(K: Any, M: Any, shift: float) -> Factor:
@@ -251,7 +269,7 @@ def _lanczos(
         part = shapes[:, lost]
         values[lost], turned = scipy.linalg.eigh(part.T @ (K @ part), part.T @ (M @ part))
         shapes[:, lost] = part @ turned
-    return values, shapes, [_ritz_vectors(K, M, shapes, basis[:, :whole], series[:number]) for number in terms]
+    return values, shapes, _ritz_vectors(K, M, shapes, basis[:, :whole], series, terms)
 
 
 def _next_block(

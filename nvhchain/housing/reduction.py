@@ -86,15 +86,17 @@ def reduce_housing(
     check_thin_walls(casting, fidelity)
     tell = progress or (lambda done, total: None)
     tell(0, _STEPS)
-    with ThreadPoolExecutor(1) as pool:  # both wait for gmsh, in a process of its own
-        enveloped = pool.submit(radiating_surface, casting, surface_size)
+    with ThreadPoolExecutor(1) as pool:
+        enveloped = pool.submit(radiating_surface, casting, surface_size)  # both wait for gmsh, in its own process
         mesh = replace(mesh_casting(casting, fidelity), motions=motions)
         tell(1, _STEPS)
         surface = enveloped.result()
-    silent = mounting_plane_faces(surface)
-    motion = normal_motion(mesh.nodes, mesh.skin, surface, silent, fidelity.samples_per_face)
-    tell(2, _STEPS)
-    reduced = reduce_mesh(mesh, casting, surface, motion, f_max, fidelity, lambda step: tell(step + 2, _STEPS))
+        given = mesh.nodes, mesh.skin, surface, mounting_plane_faces(surface), fidelity.samples_per_face
+        motion = pool.submit(normal_motion, *given)  # beside matrices and modes
+        tell(2, _STEPS)
+        reduced = reduce_mesh(
+            mesh, casting, surface, motion.result, f_max, fidelity, lambda step: tell(step + 2, _STEPS)
+        )
     return finished(reduced, fidelity)
 
 
@@ -159,12 +161,14 @@ def reduce_mesh(
     mesh: HousingMesh,
     casting: Casting,
     surface: Surface,
-    motion: sp.csr_matrix,
+    motion: Callable[[], sp.csr_matrix],
     f_max: float,
     fidelity: HousingFidelity,
     report: Callable[[int], None] = lambda step: None,
 ) -> ReducedHousing:
-    """Reduce a meshed casting for a band to f_max (Hz); `motion` maps nodal to normal face displacements.
+    """Reduce a meshed casting for a band to f_max (Hz).
+
+    motion: returns the map from nodal to normal face displacements, when first needed.
 
     The accuracy also states the estimated error of every natural frequency due to the elements.
     """
@@ -179,7 +183,7 @@ def reduce_mesh(
     ratio = thin_walls.long_edge(mesh.nodes, mesh.skin) / min(casting.wall, casting.end_wall)
     modes, errors = state_errors(modes, *found, ratio, corrected=fidelity.corrected_frequencies)
     report(3)
-    skin_motion = SkinMotion(sp.csr_matrix(motion @ T), surface, sp.csr_matrix(displaced @ T), places)
+    skin_motion = SkinMotion(sp.csr_matrix(motion() @ T), surface, sp.csr_matrix(displaced @ T), places)
     seats = {bore.name: bore.centre for bore in casting.bores}
     reduced = reduced_modes(modes, errors, skin_motion, seats, casting.modal_damping, f_max)
     report(4)

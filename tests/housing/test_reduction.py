@@ -95,7 +95,8 @@ def test_forces_and_moments_at_the_seats_move_the_reduced_housing_as_the_full_on
     full, mesh, casting, surface, motion, reduced, fidelity
 ):
     K, M, T, _ = full
-    tilting = reduce_mesh(replace(mesh, motions=5), casting, surface, motion, F_MAX, replace(fidelity, mode_ratio=2.0))
+    finer = replace(fidelity, mode_ratio=2.0)
+    tilting = reduce_mesh(replace(mesh, motions=5), casting, surface, lambda: motion, F_MAX, finer)
     seats = seat_unknowns(K.shape[0], len(casting.bores), 5)
     load = np.zeros((K.shape[0], len(seats)))
     load[seats, np.arange(len(seats))] = 1.0

@@ -284,13 +284,13 @@ def unit_forces(seats: int, f_max: float) -> tuple[FloatArray, FloatArray, Compl
 def truncation(out: Path) -> Record:
     """Estimated and true error against the number of modes, on a coarse mesh; the truth has modes to 2.5 f_max."""
     mesh, casting, surface, motion, f_max = on_error_mesh()
-    rich = reduce_mesh(mesh, casting, surface, motion, f_max, modes_to(2.5))
+    rich = reduce_mesh(mesh, casting, surface, lambda: motion, f_max, modes_to(2.5))
     _, frequency, force = unit_forces(len(rich.names), f_max)
     rows = []
     exact = frequency[:, None] * face_displacement(rich, frequency, force)
     weight = surface.areas
     for ratio in (1.0, 1.1, 1.25, 1.4, 1.6):
-        few = reduce_mesh(mesh, casting, surface, motion, f_max, modes_to(ratio))
+        few = reduce_mesh(mesh, casting, surface, lambda: motion, f_max, modes_to(ratio))
         got = frequency[:, None] * face_displacement(few, frequency, force)
         modes = f"{few.mode_count} + {few.ritz_vectors or 0}"
         rows.append([ratio, modes, relative(got, exact, weight), stated_error(few)])
@@ -300,7 +300,7 @@ def truncation(out: Path) -> Record:
 def exchange(out: Path) -> Record:
     """Error of Craig–Bampton matrices against the same truth, with structural damping on both sides."""
     mesh, casting, surface, motion, f_max = on_error_mesh()
-    rich = reduce_mesh(mesh, casting, surface, motion, f_max, modes_to(2.5))
+    rich = reduce_mesh(mesh, casting, surface, lambda: motion, f_max, modes_to(2.5))
     lines, frequency, force = unit_forces(len(rich.names), f_max)
     K, M, T = held_matrices(mesh, casting)
     to_faces = sp.csr_matrix(motion @ T)
@@ -334,7 +334,7 @@ def exchange_displacement(model: CraigBampton, keep: int, lines: FloatArray, los
 def damping(out: Path) -> Record:
     """What the kind of damping changes in the level of the surface, dB: kind, largest and RMS difference over lines."""
     mesh, casting, surface, motion, f_max = on_error_mesh()
-    housing = reduce_mesh(mesh, casting, surface, motion, f_max, modes_to(1.25))
+    housing = reduce_mesh(mesh, casting, surface, lambda: motion, f_max, modes_to(1.25))
     count, lines = 3 * len(housing.names), np.linspace(50.0, f_max, 1000)
     curve = DampingCurve((500.0, f_max), (0.01, 0.03))
     by_mode = housing.replace(modal_damping=curve.at(housing.natural_frequency))

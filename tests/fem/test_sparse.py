@@ -49,6 +49,28 @@ def test_hermitian_matrix_leaves_no_residual(matrices, engine):
     assert np.linalg.norm(hermitian @ solution - rhs) < 1e-9 * np.linalg.norm(rhs)
 
 
+@ENGINES
+@pytest.mark.parametrize("columns", [None, 3, 70])
+@pytest.mark.parametrize("hermitian", [False, True])
+def test_unknowns_that_alone_are_loaded_and_read_move_as_in_the_whole(matrices, engine, columns, hermitian):
+    K, _ = matrices
+    rng, size = np.random.default_rng(0), K.shape[0]
+    if hermitian:
+        phase = sp.diags(np.exp(1j * np.arange(size)))
+        K = (phase @ K @ phase.conj()).tocsr()
+    within = rng.permutation(size)[: size // 7]
+    rhs = np.zeros(size if columns is None else (size, columns), K.dtype)
+    rhs[within] = rng.standard_normal((len(within), *rhs.shape[1:])) * (1.0 + 0.5j if hermitian else 1.0)
+    with factorize(sp.triu(K), engine=engine, upper=True) as factor:
+        whole = factor.solve(rhs)
+    with factorize(sp.triu(K), engine=engine, upper=True, within=within) as factor:
+        found = factor.solve(rhs[within])
+        with pytest.raises(InputError, match="does not fit"):
+            factor.solve(rhs)
+    assert found.shape == rhs[within].shape
+    np.testing.assert_allclose(found, whole[within], atol=1e-10 * np.abs(whole).max())
+
+
 @pytest.mark.parametrize("engine", COUNTING)
 def test_negative_pivots_count_the_eigenvalues_below_the_shift(matrices, engine):
     K, M = matrices

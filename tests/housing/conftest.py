@@ -63,13 +63,13 @@ F_MAX = 4000.0
 
 @pytest.fixture(scope="session")
 def reduced(mesh, casting, surface, motion, fidelity):
-    return reduce_mesh(mesh, casting, surface, motion, F_MAX, fidelity)
+    return reduce_mesh(mesh, casting, surface, lambda: motion, F_MAX, fidelity)
 
 
 @pytest.fixture(scope="session")
 def rich(mesh, casting, surface, motion, fidelity):
     """The same housing with modes to 3.5 times the band: what it says below F_MAX is true within 1e-5."""
-    return reduce_mesh(mesh, casting, surface, motion, F_MAX, replace(fidelity, mode_ratio=3.5))
+    return reduce_mesh(mesh, casting, surface, lambda: motion, F_MAX, replace(fidelity, mode_ratio=3.5))
 
 
 @pytest.fixture(scope="session")

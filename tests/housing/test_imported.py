@@ -55,7 +55,7 @@ def test_tetrahedra_of_a_file_state_and_correct_their_frequencies_as_a_casting_d
     corrected, mesh, casting, surface, motion, fidelity
 ):
     plainly = replace(fidelity, mode_ratio=1.0)
-    own = reduce_mesh(mesh, casting, surface, motion, F_MAX, replace(plainly, corrected_frequencies=corrected))
+    own = reduce_mesh(mesh, casting, surface, lambda: motion, F_MAX, replace(plainly, corrected_frequencies=corrected))
     model = casting_model(mesh, casting)
     seats = bearing_seats(model, {bore.name: bore.centre for bore in casting.bores})
     knobs = replace(fidelity, mode_ratio=1.0, corrected_frequencies=corrected)

@@ -46,7 +46,7 @@ def made(mesh, casting, surface, motion, fidelity):
     def make(ratio, terms=2):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(seat_modes_module, "_TERMS", terms)
-            return reduce_mesh(mesh, casting, surface, motion, F_MAX, replace(fidelity, mode_ratio=ratio))
+            return reduce_mesh(mesh, casting, surface, lambda: motion, F_MAX, replace(fidelity, mode_ratio=ratio))
 
     return make
 

@@ -267,11 +267,9 @@ def _web_response(
         tested = given.conj().T
         given = given.reshape(len(rows), sector, r)
         response = np.zeros((sector, r, sector, r), given.dtype)
-        with factorize(body.matrix(k), upper=True) as factor:
+        with factorize(body.matrix(k), upper=True, within=rows) as factor:
             for batch in batches:
-                load = np.zeros((body.size, (batch.stop - batch.start) * count), given.dtype, order="F")
-                load[rows] = given[:, batch, :count].reshape(len(rows), -1)
-                found = tested @ factor.solve(load)[rows]
+                found = tested @ factor.solve(given[:, batch, :count].reshape(len(rows), -1))
                 response[:, :, batch, :count] = found.reshape(sector, r, -1, count)
                 if progress is not None:
                     progress((k * sector + batch.stop) // len(body.harmonics), sector)

@@ -25,14 +25,15 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps
 from nvhchain.chain.cached import cached_results
 from nvhchain.chain.running import Run
-from nvhchain.errors import concerning
+from nvhchain.errors import InputError, SolverError, concerning
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.result_cache import AheadWatcher, ResultCache, Unwatched, Watcher, fingerprint
 from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, cores, granted
-from nvhchain.scene import Scene, decided, planned_steps, preflight
+from nvhchain.scene import Scene, decided, modelled_alike, planned_steps, preflight
+from nvhchain.scene.kept import estimates_kept
 from nvhchain.scene.mechanics import law_knobs
 from nvhchain.scene.planned import PlannedStep
 from nvhchain.scene.steps import HOUSING, MESH_LAWS, TRANSFER_VECTORS
@@ -209,7 +210,7 @@ def _end_with_caller() -> None:
 
 
 def main() -> None:
-    """Compute mesh laws, in their order."""
+    """Compute mesh laws, in their order, and then what the estimates of options take from the gears."""
     signal(SIGINT, default_int_handler)  # background jobs of a script ignore it otherwise
     signal(SIGTERM, default_int_handler)
     cases, fidelity, operators, laws = pickle.load(sys.stdin.buffer)
@@ -218,6 +219,11 @@ def main() -> None:
         runs = [Run(Scene(case, fidelity), shared=ResultCache(operators, _Telling(case.name))) for case in cases]
         for number, stage in laws:
             steps.mesh_law(runs[number], stage)
+        with (
+            suppress(InputError, SolverError),
+            estimates_kept(operators),
+        ):  # an error recurs where the estimates are needed
+            modelled_alike(cases, fidelity)
 
 
 if __name__ == "__main__":

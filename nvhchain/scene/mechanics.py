@@ -15,7 +15,7 @@ from nvhchain.dynamics.runs.decimation import record_stride
 from nvhchain.dynamics.runs.steady import settling_time
 from nvhchain.dynamics.time_loop.simulation import simulation
 from nvhchain.fidelity import Fidelity, GearFidelity
-from nvhchain.gear import GearBody, VolumeMesh
+from nvhchain.gear import GearBody, GearPair, VolumeMesh
 from nvhchain.scene.body_modes import vibrating_bodies
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STEP, PlannedStep
 from nvhchain.scene.steps import BEARING_FORCES, HOUSING, LOAD_DISTRIBUTIONS, MESH_LAWS
@@ -24,7 +24,7 @@ from nvhchain.scene.steps import BEARING_FORCES, HOUSING, LOAD_DISTRIBUTIONS, ME
 # docs/measured/chain/plan_knobs.md by benchmarks/chain/plan.py; of gears 0.65 of these seconds, by the shipped sweep.
 # Teeth: 0.85 s with 12 layers and 4 elements of the profile, 2.6 s with 24 and 4, 2.6 s with 12 and 10, on one core.
 _SECONDS_PER_TOOTH = 1.05e-3
-_SECONDS_PER_LOADED_TOOTH = 3.6e-5
+_SECONDS_PER_LOADED_TOOTH, _LOADED_GROWTH = 3.8e-6, 0.5
 _SECONDS_PER_TOOTH_LAYERS = 3.9e-3
 _LAYER_GROWTH = 1.5
 _PROFILE_GROWTH = 1.2
@@ -35,8 +35,9 @@ _SECONDS_PER_LINES = 1.0e-3
 _SECONDS_PER_COUPLING = 3.4e-8
 _SECONDS_PER_ELIMINATION = 7e-11
 _SLICES_IN_CACHE = 300
-_SECONDS_PER_CONTACT = 6.5e-9
-_LINES_PER_DISTRIBUTION = 4.2
+# mesh laws and load distributions of ten pairs with 1 to 41 meshes and 32 to 93 slices, laws of up to 700 slices
+_SECONDS_PER_PHASE, _SECONDS_PER_CONTACT, _SEARCHED = 2.0e-3, 2.9e-8, 100
+_SECONDS_PER_DISTRIBUTION_PHASE, _SECONDS_PER_DISTRIBUTION, _SECONDS_PER_DISTRIBUTED = 1.7e-3, 3.5e-4, 3.0e-7
 _LINES_PER_CONTACT_STEP = 5.5
 _MEGABYTES_PER_TOOTH, _MEGABYTES_PER_ALIKE_TOOTH, _MEGABYTES_PER_TOOTH_LAYER = 0.37, 0.0164, 1.4
 _MEMORY_GROWTH = 0.15
@@ -60,9 +61,9 @@ _FILL_EXPONENT = 1.35
 _SECONDS_TO_IMPORT_MODES = 10.0
 # tooth pairs of a stage with deviations, which all draws share, and the law of each draw: processor seconds of the
 # single stage in class 6 with 8 to 128 slices, 64 and 96 angles, 16 to 64 deflections and 60 to 609 meshes
-_SECONDS_PER_PAIRS_ANGLE, _SECONDS_PER_PAIRS_COUPLING = 8e-4, 9e-7
-_SECONDS_PER_DEVIATED_ANGLE, _SECONDS_PER_DEVIATED_COUPLING = 1.1e-3, 2.3e-6
-_SECONDS_PER_DEVIATED_SLICE, _SECONDS_PER_DEVIATED = 2.2e-7, 3.2e-7
+_SECONDS_PER_PAIRS_ANGLE, _SECONDS_PER_PAIRS_COUPLING = 2.1e-3, 2.3e-6
+_SECONDS_PER_DEVIATED_ANGLE, _SECONDS_PER_DEVIATED_COUPLING = 2.2e-3, 4.7e-6
+_SECONDS_PER_DEVIATED_SLICE, _SECONDS_PER_DEVIATED = 4.5e-7, 6.5e-7
 _COPIES = 14
 _DISTRIBUTION_RATIO = 1.9
 """Seconds of the law of a draw with its load distribution, over those of the law."""
@@ -101,7 +102,7 @@ def mesh_law_steps(case: GearboxCase, fidelity: Fidelity) -> list[PlannedStep]:
         knobs = law_knobs(case, number, fidelity.gear)
         bodies = (pair.pinion, pair.wheel)
         meshes, slices = lcm(*(body.sector for body in bodies)), gear.slice_count(pair, knobs)
-        seconds = _body_seconds(bodies, knobs) + _law_seconds(meshes, slices, knobs)
+        seconds = _body_seconds(bodies, knobs) + _law_seconds(pair, knobs)
         if deviations is not None:
             angles = pair.meshes_per_body_period * knobs.angles_per_mesh
             seconds += angles * (_SECONDS_PER_PAIRS_ANGLE + _SECONDS_PER_PAIRS_COUPLING * slices**2)
@@ -154,8 +155,7 @@ def load_distribution_steps(case: GearboxCase, fidelity: Fidelity, *, includes_c
         bodies = (pair.pinion, pair.wheel)
         angles = lcm(*(body.sector for body in bodies)) * fidelity.gear.angles_per_mesh
         models = f"{angles} angles under the nominal force"
-        lines = _lines_seconds(gear.slice_count(pair, fidelity.gear))
-        seconds, megabytes = _LINES_PER_DISTRIBUTION * lines * angles, BASE_MEGABYTES
+        seconds, megabytes = _distribution_seconds(pair, fidelity.gear), BASE_MEGABYTES
         if includes_compliance:
             seconds += _body_seconds(bodies, fidelity.gear)
             megabytes += max(_gear_megabytes(body, fidelity.gear) for body in bodies)
@@ -187,21 +187,45 @@ def housing_step(case: GearboxCase, fidelity: Fidelity, extent: Extent) -> Plann
     )
 
 
-def _law_seconds(meshes: int, slices: int, knobs: GearFidelity) -> float:
-    """Time (s) of the contact problems of a mesh law, whose largest deflection is sought on all phases and meshes."""
-    angles = meshes * knobs.angles_per_mesh
-    sets = 2 * (knobs.angles_per_mesh + meshes + angles)  # both flanks
-    return _lines_seconds(slices) * sets + _SECONDS_PER_CONTACT * angles * knobs.deflections * (3 * slices) ** 2
+def _law_seconds(pair: GearPair, knobs: GearFidelity) -> float:
+    """Time (s) of the contact problems of a mesh law, whose largest deflection is sought on all phases and meshes.
+
+    Contact lines are made once for each phase of a mesh and flank.
+    """
+    meshes, slices, phases = (
+        lcm(pair.pinion.sector, pair.wheel.sector),
+        _engaged_slices(pair, knobs),
+        knobs.angles_per_mesh,
+    )
+    cases = meshes * phases * knobs.deflections + meshes + _SEARCHED
+    eliminated = 2 * (2 * phases + meshes) * _elimination_seconds(gear.slice_count(pair, knobs))
+    return 2 * phases * _SECONDS_PER_PHASE + _SECONDS_PER_CONTACT * cases * slices**2 + eliminated
+
+
+def _distribution_seconds(pair: GearPair, knobs: GearFidelity) -> float:
+    """Time (s) of a load distribution over the body period."""
+    meshes, slices = lcm(pair.pinion.sector, pair.wheel.sector), _engaged_slices(pair, knobs)
+    each = _SECONDS_PER_DISTRIBUTION + _SECONDS_PER_DISTRIBUTED * slices**2
+    return knobs.angles_per_mesh * (_SECONDS_PER_DISTRIBUTION_PHASE + meshes * each)
+
+
+def _engaged_slices(pair: GearPair, knobs: GearFidelity) -> float:
+    """Return the mean number of slices that are in contact at once."""
+    return gear.slice_count(pair, knobs) * pair.transverse_contact_ratio
 
 
 def _lines_seconds(slices: int) -> float:
     """Return the time (s) of one set of contact lines, about three at once, with the coupling of all slices.
 
-    Elimination grows with the cube of the slices beyond those whose matrices fit into the cache. Mesh laws with 6
-    angles took 27 s with 700 slices and 83 s with 1000.
+    Elimination grows with the cube of the slices beyond those whose matrices fit into the cache.
     """
-    size, excess = 3 * slices, 3 * max(slices - _SLICES_IN_CACHE, 0)
-    return _SECONDS_PER_LINES + _SECONDS_PER_COUPLING * size**2 + _SECONDS_PER_ELIMINATION * excess**3
+    size = 3 * slices
+    return _SECONDS_PER_LINES + _SECONDS_PER_COUPLING * size**2 + _elimination_seconds(slices)
+
+
+def _elimination_seconds(slices: int) -> float:
+    """Return the time (s) by which elimination exceeds its usual one where matrices do not fit into the cache."""
+    return _SECONDS_PER_ELIMINATION * (3 * max(slices - _SLICES_IN_CACHE, 0)) ** 3
 
 
 def _body_seconds(bodies: Sequence[GearBody], knobs: GearFidelity) -> float:
@@ -217,7 +241,8 @@ def _body_seconds(bodies: Sequence[GearBody], knobs: GearFidelity) -> float:
         body.geometry.teeth * _blank_layers(body, knobs) ** 2 * gear.bricks_over_even(body, knobs) ** _WEB_GROWTH
         for body in bodies
     ]
-    loaded = sum((body.sector - 1) * each for body, each in zip(bodies, coupled, strict=True))
+    growth = 1.0 + _LOADED_GROWTH
+    loaded = sum((body.sector - 1) * each**growth for body, each in zip(bodies, coupled, strict=True))
     finer = knobs.transverse_refinement**_REFINED * (knobs.profile_elements / knobs.row_aspect) ** _MESH_GROWTH
     drawn = [body for body in bodies if not isinstance(body.blank, VolumeMesh)]
     layers = [knobs.tooth_layers(body.geometry.relative_width) for body in drawn]

@@ -98,7 +98,7 @@ def test_contact_problems_take_seconds_by_angles_and_by_the_pairs_of_slices(case
     assert rise(case, "mesh law", "gear", slices=3 * 32) == pytest.approx(
         8 / 3 * rise(case, "mesh law", "gear", slices=2 * 32), rel=0.02
     )
-    assert 1.0 < rise(case, "mesh law", "gear", slices=96) < 4.0  # s: 1.6 to 2.0 measured
+    assert 0.77 / 1.5 < rise(case, "mesh law", "gear", slices=96) < 0.77 * 1.5  # s measured
     count = [replace(nvh.DRAFT.gear, deflections_per_doubling=each).deflections for each in (3, 8, 16)]
     assert rise(case, "mesh law", "gear", deflections_per_doubling=16) == pytest.approx(
         (count[2] - count[0]) / (count[1] - count[0]) * rise(case, "mesh law", "gear", deflections_per_doubling=8)

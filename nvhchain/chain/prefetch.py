@@ -204,8 +204,11 @@ def _laws_ahead(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Pat
 
 
 def _end_with_caller() -> None:
-    """End this process when the caller closes its end of the pipe or has ended."""
-    sys.stdin.buffer.read()
+    """End this process when the caller closes its end of the pipe or has ended.
+
+    A thread that holds the lock of `sys.stdin` would abort Python at its end.
+    """
+    os.read(sys.stdin.fileno(), 1)
     processes.end_here()
 
 

@@ -18,7 +18,9 @@ from nvhchain.cli import main
 from nvhchain.cli.console import Console
 from nvhchain.errors import InputError
 from nvhchain.files.result_cache import ResultCache
-from nvhchain.scene import decided
+from nvhchain.runtime import processes
+from nvhchain.scene import decided, linear_level, modelled_alike
+from nvhchain.scene.kept import estimates_kept
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore:housing elements of", "ignore:rayleigh at"
@@ -125,6 +127,19 @@ def test_the_other_process_ends_with_its_caller_and_leaves_nothing_half_written(
         assert process.stderr.read() == b""
     assert not list(tmp_path.rglob("*.part"))
     assert len(list(tmp_path.glob("mesh_law*.h5"))) == 0
+
+
+def test_the_other_process_ends_with_what_estimates_take_from_the_gears(case, tmp_path, monkeypatch):
+    with processes.start_python("-m", "nvhchain.chain.prefetch", stdin=processes.PIPE) as process:
+        pickle.dump(([case], nvh.DRAFT, tmp_path, []), process.stdin)
+        process.stdin.flush()
+        assert process.wait(timeout=60) == 0
+    monkeypatch.setattr(linear_level.gear, "mesh_period", None)
+    linear_level._period.cache_clear()
+    with pytest.raises(TypeError):
+        modelled_alike([case], nvh.DRAFT)
+    with estimates_kept(tmp_path):
+        assert modelled_alike([case], nvh.DRAFT)[case.name].options
 
 
 @pytest.mark.slow

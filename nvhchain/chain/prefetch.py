@@ -1,7 +1,8 @@
 """Operators of gearboxes on two cores: mesh laws in a separate process, all operators in this one.
 
-This module is the separate process (`python -m`). It computes the mesh laws, the longest first. This process computes
-housings and transfer vectors, and then laws, the shortest first, until both meet. Laws and housings are independent,
+This module is the separate process (`python -m`). It computes the mesh laws, the longest first, and then what the
+estimates of options take from the gears. This process computes housings and transfer vectors, and then laws, the
+shortest first, until both meet. Laws and housings are independent,
 and a second thread speeds up their finite elements little.
 """
 
@@ -32,7 +33,7 @@ from nvhchain.files.result_cache import AheadWatcher, ResultCache, Unwatched, Wa
 from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, cores, granted
-from nvhchain.scene import Scene, decided, modelled_alike, planned_steps, preflight
+from nvhchain.scene import Scene, decided, modelled, planned_steps, preflight
 from nvhchain.scene.kept import estimates_kept
 from nvhchain.scene.mechanics import law_knobs
 from nvhchain.scene.planned import PlannedStep
@@ -81,7 +82,7 @@ def operators_ahead(
     done in advance with one core, where too little work is left, or memory, for two processes, or where threads of this
     process save more. The same holds for options whose laws need more than the gears.
     """
-    cases = [decided(case, fidelity) for case in cases]
+    asked, cases = cases, [decided(case, fidelity) for case in cases]
     gearboxes = [case for case in cases if isinstance(case, GearboxCase) and _laws_need_gears_alone(case)]
     laws = _laws_ahead(gearboxes, fidelity, operators) if len(gearboxes) == len(cases) else []
     if not laws:
@@ -90,7 +91,8 @@ def operators_ahead(
     for case in cases:
         preflight(case, fidelity, {})
     writable_folder(operators, "operators")
-    with _mesh_law_process(gearboxes, fidelity, operators, laws, watcher):
+    stated = [gearbox for case, gearbox in zip(asked, gearboxes, strict=True) if case is gearbox]
+    with _mesh_law_process((gearboxes, fidelity, operators, laws, stated), watcher):
         runs = []
         for case in gearboxes:
             watching = _OnlyComputed(watcher, case.name if len(gearboxes) > 1 else "")
@@ -110,15 +112,13 @@ def operators_ahead(
         yield
 
 
+_Task = tuple[Sequence[GearboxCase], Fidelity, Path, Sequence[_Law], Sequence[GearboxCase]]
+"""Work of the other process: cases, fidelity, folder of operators, laws, and cases whose estimates are not made yet."""
+
+
 @contextmanager
-def _mesh_law_process(
-    cases: Sequence[GearboxCase],
-    fidelity: Fidelity,
-    operators: Path,
-    laws: Sequence[_Law],
-    watcher: Watcher | None = None,
-) -> Iterator[None]:
-    """Compute the mesh laws in another process; errors there are silent and recur where the law is needed."""
+def _mesh_law_process(task: _Task, watcher: Watcher | None = None) -> Iterator[None]:
+    """Let another process work; errors there are silent and recur where the result is needed."""
     with (
         TemporaryFile() as told,
         processes.start_python(
@@ -130,7 +130,7 @@ def _mesh_law_process(
         assert process.stdin is not None
         try:
             with suppress(BrokenPipeError):
-                pickle.dump((cases, fidelity, operators, laws), process.stdin)
+                pickle.dump(task, process.stdin)
                 process.stdin.flush()
             yield
         finally:
@@ -216,7 +216,7 @@ def main() -> None:
     """Compute mesh laws, in their order, and then what the estimates of options take from the gears."""
     signal(SIGINT, default_int_handler)  # background jobs of a script ignore it otherwise
     signal(SIGTERM, default_int_handler)
-    cases, fidelity, operators, laws = pickle.load(sys.stdin.buffer)
+    cases, fidelity, operators, laws, unestimated = pickle.load(sys.stdin.buffer)
     with suppress(KeyboardInterrupt):
         Thread(target=_end_with_caller, daemon=True).start()
         runs = [Run(Scene(case, fidelity), shared=ResultCache(operators, _Telling(case.name))) for case in cases]
@@ -226,7 +226,8 @@ def main() -> None:
             suppress(InputError, SolverError),
             estimates_kept(operators),
         ):  # an error recurs where the estimates are needed
-            modelled_alike(cases, fidelity)
+            for case in unestimated:
+                modelled(case, fidelity)
 
 
 if __name__ == "__main__":

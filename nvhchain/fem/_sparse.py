@@ -78,7 +78,7 @@ def factorize(
     symmetric_positive_definite: bool = True,
     engine: str = "auto",
     upper: bool = False,
-    within: IntArray | None = None,
+    loaded: IntArray | None = None,
 ) -> Factor:
     """Factor a real symmetric or complex Hermitian sparse matrix.
 
@@ -88,15 +88,16 @@ def factorize(
     engine {"auto", "pardiso", "cholmod", "superlu"}: solver; auto takes the first that exists and can. CHOLMOD takes
     positive definite matrices only.
     upper: True if `matrix` is the upper triangle alone.
-    within (m,): the only unknowns that are loaded, and whose answers are needed. `solve` of the factor takes and
-    returns these alone. PARDISO then leaves the rest out where it can.
+    loaded (m,): the only unknowns that are loaded and read. `solve` of the factor takes and returns these alone.
+    PARDISO then skips the others where it can. The matrix must be positive definite.
     """
-    if within is not None:
-        return _Within(within, _factorized(matrix, symmetric_positive_definite, engine, upper, within))
+    if loaded is not None:
+        require(symmetric_positive_definite, "factors of some unknowns alone need a positive definite matrix")
+        return _PartialFactor(loaded, _factorized(matrix, symmetric_positive_definite, engine, upper, loaded))
     return _factorized(matrix, symmetric_positive_definite, engine, upper, None)
 
 
-def _factorized(matrix: Any, symmetric_positive_definite: bool, engine: str, upper: bool, within: Any) -> Factor:
+def _factorized(matrix: Any, symmetric_positive_definite: bool, engine: str, upper: bool, loaded: Any) -> Factor:
     """Return the factor of all unknowns."""
     require(matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1], f"matrix of shape {matrix.shape} is not square")
     require(engine in ("auto", *ENGINES), f"engine {engine!r} is none of auto, {', '.join(ENGINES)}")
@@ -107,7 +108,7 @@ def _factorized(matrix: Any, symmetric_positive_definite: bool, engine: str, upp
         elif symmetric_positive_definite and _has_cholmod():
             engine = "cholmod"
     if engine == "pardiso":
-        return _PardisoFactor(matrix if upper else sp.triu(matrix), symmetric_positive_definite, within)
+        return _PardisoFactor(matrix if upper else sp.triu(matrix), symmetric_positive_definite, loaded)
     if engine == "cholmod":
         require(symmetric_positive_definite, "CHOLMOD takes positive definite matrices only: use another engine")
         return _CholmodFactor(matrix if upper else sp.triu(matrix))
@@ -224,25 +225,23 @@ class _Closing(ABC):
         self.close()
 
 
-class _Within(_Closing):
+class _PartialFactor(_Closing):
     """Factor of which some unknowns alone are loaded and read."""
 
-    def __init__(self, within: IntArray, factor: Any) -> None:
-        self._within, self._factor = within, factor
-        self.unknowns, self.negative, self.memory = len(within), factor.negative, factor.memory
+    def __init__(self, loaded: IntArray, factor: Any) -> None:
+        self._loaded, self._factor = loaded, factor
+        self.unknowns, self.negative, self.memory = len(loaded), factor.negative, factor.memory
 
     def solve(self, rhs: A) -> A:
         """Return the solution for right-hand side(s) `rhs` of shape (m,) or (m, k)."""
-        require(
-            len(rhs) == self.unknowns, f"right-hand side of shape {rhs.shape} does not fit {self.unknowns} unknowns"
-        )
+        rhs = _rhs(rhs, self.unknowns, self._factor._kind)
         columns = rhs.reshape(self.unknowns, -1)
         solution: Any = np.empty_like(columns)
         for start in range(0, columns.shape[1], BLOCK):
             block = columns[:, start : start + BLOCK]
             whole = np.zeros((self._factor.unknowns, block.shape[1]), columns.dtype, order="F")
-            whole[self._within] = block
-            solution[:, start : start + BLOCK] = self._factor.solve(whole)[self._within]
+            whole[self._loaded] = block
+            solution[:, start : start + BLOCK] = self._factor.solve(whole)[self._loaded]
         return np.asarray(solution.reshape(rhs.shape))
 
     def close(self) -> None:
@@ -253,7 +252,7 @@ class _Within(_Closing):
 class _PardisoFactor(_Closing):
     """PARDISO, matrix type 2 or 4 (Cholesky) or −2 (Bunch–Kaufman); iparm numbers as in Intel's manual, from 1."""
 
-    def __init__(self, upper: Any, positive_definite: bool, within: IntArray | None = None) -> None:
+    def __init__(self, upper: Any, positive_definite: bool, loaded: IntArray | None = None) -> None:
         _name_mkl()
         from pypardiso.pardiso_wrapper import PyPardisoSolver
 
@@ -269,10 +268,10 @@ class _PardisoFactor(_Closing):
         for number, value in ((1, 1), (2, 2), (10, 13), (18, -1), (21, 1)):
             # 1: own settings; 2: METIS ordering; 10: pivot perturbation 1e-13; 18: report fill; 21: 2×2 pivots
             self._solver.set_iparm(number, value)
-        if within is not None:  # 31: only these unknowns are loaded and read
+        if loaded is not None:  # 31: only these unknowns are loaded and read
             self._solver.set_iparm(31, 1)
             self._solver.perm = np.zeros(self.unknowns, np.int32)
-            self._solver.perm[within] = 1
+            self._solver.perm[loaded] = 1
         # MKL's memory is not Python's: freed on close, with the last reference, or at exit, whichever comes first
         self._release = weakref.finalize(self, self._solver.free_memory, everything=True)
         self._rows, self._columns = (part.astype(np.int32) + 1 for part in (self._upper.indptr, self._upper.indices))

@@ -19,7 +19,7 @@ from nvhchain.cli.console import Console
 from nvhchain.errors import InputError
 from nvhchain.files.result_cache import ResultCache
 from nvhchain.runtime import processes
-from nvhchain.scene import decided, linear_level, modelled_alike
+from nvhchain.scene import decided, linear_level, modelled_alike, modelling
 from nvhchain.scene.kept import estimates_kept
 
 pytestmark = pytest.mark.filterwarnings(
@@ -121,7 +121,7 @@ def test_the_other_process_ends_with_its_caller_and_leaves_nothing_half_written(
     script runs in the background."""
     command = ["sh", "-c", f"trap '' INT; exec {shlex.quote(sys.executable)} -m nvhchain.chain.prefetch"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        pickle.dump(([case], nvh.REFERENCE, tmp_path, [(0, 0)]), process.stdin)
+        pickle.dump(([case], nvh.REFERENCE, tmp_path, [(0, 0)], []), process.stdin)
         process.stdin.close()
         assert process.wait(timeout=60) == 0
         assert process.stderr.read() == b""
@@ -131,11 +131,12 @@ def test_the_other_process_ends_with_its_caller_and_leaves_nothing_half_written(
 
 def test_the_other_process_ends_with_what_estimates_take_from_the_gears(case, tmp_path, monkeypatch):
     with processes.start_python("-m", "nvhchain.chain.prefetch", stdin=processes.PIPE) as process:
-        pickle.dump(([case], nvh.DRAFT, tmp_path, []), process.stdin)
+        pickle.dump(([case], nvh.DRAFT, tmp_path, [], [case]), process.stdin)
         process.stdin.flush()
         assert process.wait(timeout=60) == 0
     monkeypatch.setattr(linear_level.gear, "mesh_period", None)
     linear_level._period.cache_clear()
+    modelling._modelled.cache_clear()
     with pytest.raises(TypeError):
         modelled_alike([case], nvh.DRAFT)
     with estimates_kept(tmp_path):

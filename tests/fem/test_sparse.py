@@ -58,17 +58,23 @@ def test_unknowns_that_alone_are_loaded_and_read_move_as_in_the_whole(matrices, 
     if hermitian:
         phase = sp.diags(np.exp(1j * np.arange(size)))
         K = (phase @ K @ phase.conj()).tocsr()
-    within = rng.permutation(size)[: size // 7]
+    loaded = rng.permutation(size)[: size // 7]
     rhs = np.zeros(size if columns is None else (size, columns), K.dtype)
-    rhs[within] = rng.standard_normal((len(within), *rhs.shape[1:])) * (1.0 + 0.5j if hermitian else 1.0)
+    rhs[loaded] = rng.standard_normal((len(loaded), *rhs.shape[1:])) * (1.0 + 0.5j if hermitian else 1.0)
     with factorize(sp.triu(K), engine=engine, upper=True) as factor:
         whole = factor.solve(rhs)
-    with factorize(sp.triu(K), engine=engine, upper=True, within=within) as factor:
-        found = factor.solve(rhs[within])
+    with factorize(sp.triu(K), engine=engine, upper=True, loaded=loaded) as factor:
+        found = factor.solve(rhs[loaded])
         with pytest.raises(InputError, match="does not fit"):
             factor.solve(rhs)
-    assert found.shape == rhs[within].shape
-    np.testing.assert_allclose(found, whole[within], atol=1e-10 * np.abs(whole).max())
+        real = factor.solve(rhs[loaded].real)
+    assert found.shape == rhs[loaded].shape
+    np.testing.assert_allclose(found, whole[loaded], atol=1e-10 * np.abs(whole).max())
+    assert real.dtype == K.dtype
+    if not hermitian:
+        np.testing.assert_array_equal(real, found)
+    with pytest.raises(InputError, match="positive definite"):
+        factorize(K, engine=engine, symmetric_positive_definite=False, loaded=loaded)
 
 
 @pytest.mark.parametrize("engine", COUNTING)

@@ -8,6 +8,7 @@ from nvhchain.gear import Engagement, engaged_reach
 from nvhchain.gear.compliance.flank_splines import local_basis
 from nvhchain.gear.contact.contact_lines import contact_lines
 from nvhchain.gear.drawing.pair import BACK, DRIVE
+from tests.gear.conftest import add_own_part
 
 
 @pytest.mark.parametrize("points", [3, 4, 5, 17])
@@ -49,9 +50,15 @@ def test_compliance_between_slices_is_the_spline_of_the_blocks(
     np.testing.assert_allclose(engagement.compliance(lines), expected, rtol=1e-9)
 
 
-def test_part_for_some_angles_holds_few_teeth_and_gives_the_same_forces(make_pair, make_compliances, sliced_fidelity):
+@pytest.mark.parametrize("own", [False, True])
+def test_part_for_some_angles_holds_few_teeth_and_gives_the_same_forces(
+    make_pair, make_compliances, sliced_fidelity, own
+):
     pair = make_pair(2, symmetries=(0, 2), thickness_allowance=40e-6)
-    whole = Engagement(pair, make_compliances(pair, modulation=0.3), sliced_fidelity(6))
+    compliances = make_compliances(pair, modulation=0.3)
+    if own:
+        compliances = tuple(add_own_part(each) for each in compliances)
+    whole = Engagement(pair, compliances, sliced_fidelity(6))
     angles = np.array([7.0, 7.4, 7.9]) * pair.mesh_period
     part = whole.select_angles(angles)
     assert len(part.compliances[1].blocks) <= 2 * engaged_reach(pair) + 3

@@ -18,7 +18,7 @@ from nvhchain.gear.contact.slice_forces import half_space_compliance, local_defl
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
 from nvhchain.gear.laws.mesh_law import deflection_grid, law_load, mesh_law
 from nvhchain.runtime.threads import granted
-from tests.gear.conftest import stage_pair
+from tests.gear.conftest import add_own_part, stage_pair
 
 TORQUE = 250.0
 COARSE = dataclasses.replace(DRAFT.gear, angles_per_mesh=16)
@@ -68,7 +68,7 @@ def test_every_mesh_period_loads_its_own_teeth(slotted, own):
     """The law takes lines and what teeth share from the first mesh period; here they are made at the angle itself."""
     pair, compliances = slotted
     if own:
-        compliances = tuple(with_own_part(c) for c in compliances)
+        compliances = tuple(add_own_part(c) for c in compliances)
     law = mesh_law(pair, nominal_force=pair.normal_force(TORQUE), fidelity=COARSE, compliances=compliances)
     for at in (3, 16 * 4 + 3, 16 * 9 + 11):
         for flank, sign, approach in ((DRIVE, 1.0, law.deflection), (BACK, -1.0, -law.deflection)):
@@ -77,16 +77,6 @@ def test_every_mesh_period_loads_its_own_teeth(slotted, own):
             approach = approach - (flank == BACK) * pair.backlash
             force = engagement.forces_on(lines, approach[:, None] - engagement.gap(lines)).sum(axis=1)
             np.testing.assert_allclose(law.force[at, force > 0], sign * force[force > 0], rtol=1e-9)
-
-
-def with_own_part(compliance):
-    """The same with a tenth of a tooth's own compliance in its part for finer layers, and as much added."""
-    n = len(compliance.radius) * len(compliance.axial)
-    own = np.stack([0.1 * compliance.blocks[0, 0, f, :, :, f].reshape(n, n) for f in (0, 1)])
-    blocks = compliance.blocks.copy()
-    for f in (0, 1):
-        blocks[:, 0, f, :, :, f] += own[f].reshape(blocks[0, 0, f, :, :, f].shape)
-    return dataclasses.replace(compliance, blocks=blocks, tooth_axial=compliance.axial, own=own)
 
 
 def test_law_starts_with_a_soft_contact_and_stiffens(slotted_law):
@@ -138,12 +128,14 @@ def test_pair_running_the_other_way_with_mirrored_hand_has_the_same_law(make_pai
 
 
 def test_phases_kept_are_bounded_and_stay_in_their_process(slotted, monkeypatch):
+    monkeypatch.setattr(engagement_module, "_KEPT", 3)
     monkeypatch.setattr(engagement_module, "_KEPT_BYTES", 1.0)
     engagement = Engagement(*slotted, sliced(8))
     for angle in np.linspace(0.0, 0.1, 5):
         engagement.mesh_force(angle, np.array([20e-6]))
-    assert len(engagement._phases) == 1
-    assert "_phases" not in pickle.loads(pickle.dumps(engagement)).__dict__
+    assert len(engagement._phases) == 3
+    assert len(engagement._common_compliances) == 1
+    assert not {"_phases", "_common_compliances"} & set(pickle.loads(pickle.dumps(engagement)).__dict__)
 
 
 def test_neighbouring_teeth_are_coupled(slotted):

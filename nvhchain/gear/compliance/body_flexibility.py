@@ -267,7 +267,7 @@ def _web_response(
         tested = given.conj().T
         given = given.reshape(len(rows), sector, r)
         response = np.zeros((sector, r, sector, r), given.dtype)
-        with factorize(body.matrix(k), upper=True, within=rows) as factor:
+        with factorize(body.matrix(k), upper=True, loaded=rows) as factor:
             for batch in batches:
                 found = tested @ factor.solve(given[:, batch, :count].reshape(len(rows), -1))
                 response[:, :, batch, :count] = found.reshape(sector, r, -1, count)

@@ -25,8 +25,8 @@ Weights = tuple[NDArray[np.int32], FloatArray]
 FlankWeights = tuple[Weights, Weights | None]
 """Weights on the grid of a compliance, and on the one of a tooth's own part, if it has one."""
 
-_ALIKE = np.zeros(1, dtype=np.int64)
-"""Place of a tooth among one, as all teeth have the same own part."""
+_ANY_TOOTH = np.zeros(1, dtype=np.int64)
+"""Position of every tooth among the own parts of teeth, which are all the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,8 +116,8 @@ class FlankSplines:
         return grid_weights, point_weights(self.radial_basis, self.tooth_basis, radius, axial)
 
     @property
-    def alike(self) -> bool:
-        """Whether the compliance is the same for all teeth."""
+    def uniform(self) -> bool:
+        """True where all teeth have the same compliance."""
         return len(self.place) == 1
 
     def add(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
@@ -125,20 +125,20 @@ class FlankSplines:
 
         Points of one tooth must follow each other.  Teeth that are absent or too far apart are an InputError.
         """
-        self.add_alike(total, side, tooth, weights)
-        self.add_differing(total, side, tooth, weights)
+        self.add_common(total, side, tooth, weights)
+        self.add_particular(total, side, tooth, weights)
 
-    def add_alike(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
+    def add_common(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
         """Add the part of `add` that stays when all teeth are replaced by others, as many further on."""
         grid_weights, tooth_weights = weights
-        if self.alike:
+        if self.uniform:
             self._couple(self.coefficients[side], self.place, tooth, grid_weights, total)
         if tooth_weights is not None and self.own is not None:
-            self._couple(self.own[side], _ALIKE, tooth, tooth_weights, total)
+            self._couple(self.own[side], _ANY_TOOTH, tooth, tooth_weights, total)
 
-    def add_differing(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
+    def add_particular(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
         """Add the rest of `add`, which depends on the teeth."""
-        if not self.alike:
+        if not self.uniform:
             self._couple(self.coefficients[side], self.place, tooth, weights[0], total)
 
     def _couple(
@@ -148,11 +148,14 @@ class FlankSplines:
         from nvhchain.gear.compliance._couple import couple  # compiled
 
         if len(tooth):
-            self._check(tooth)
+            self._check(tooth, place)
             couple(coefficients, place, tooth, *weights, total)
 
-    def _check(self, tooth: IntArray) -> None:
-        """Refuse teeth outside the coefficients; the compiled loop does not check its indices."""
+    def _check(self, tooth: IntArray, place: IntArray) -> None:
+        """Refuse teeth outside the coefficients; the compiled loop does not check its indices.
+
+        place: position of each tooth of a sector among those held, −1 if absent.
+        """
         low, high, reach = int(tooth.min()), int(tooth.max()), self.coefficients.shape[2] - 1
         require(
             high - low <= reach,
@@ -160,8 +163,9 @@ class FlankSplines:
             "ask flank_compliance for a larger reach",
         )
         require(
-            bool((self.place[tooth % len(self.place)] >= 0).all()),
-            f"teeth {low} to {high} are not among those that this part of the compliance holds: ask at_angles for them",
+            bool((place[tooth % len(place)] >= 0).all()),
+            f"teeth {low} to {high} are not among those that this part of the compliance holds: ask `select_angles` "
+            "for them",
         )
 
     def friction_compliance(self, side: int, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> FloatArray:
@@ -171,7 +175,7 @@ class FlankSplines:
         total = np.zeros((n, n))
         if not n:
             return total
-        self._check(tooth)
+        self._check(tooth, self.place)
         grid_weights, tooth_weights = self.weights(radius, axial)
         spread = _spread(grid_weights, self.friction.shape[-1])
         for a in np.unique(tooth):

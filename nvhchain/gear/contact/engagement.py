@@ -50,11 +50,17 @@ limit."""
 _PART = 0.05
 """Part of a slice that remains where the limit cuts it; its middle is then nearly at the limit."""
 
-_KEPT_BYTES = 2.0**27
-"""Memory of the compliances of kept phases (bytes); a mesh law has two phases for each angle of a mesh period."""
+_KEPT = 1024
+"""Largest number of phases kept, of some 0.1 MB each; a mesh law has two for each angle of a mesh period."""
+
+_KEPT_BYTES = 2.0**26
+"""Largest memory (bytes) of the common compliances of phases."""
 
 _PHASES = 2**40
 """Phases of a mesh period that are told apart: equal ones of different mesh periods differ by rounding."""
+
+_Key = tuple[int, int]
+"""Number of a phase among `_PHASES`, and flank."""
 
 FRICTION_ROUNDS = 60
 """Largest number of iterations on the deflection due to friction; a dozen is usual, more means failure."""
@@ -81,16 +87,12 @@ def slice_count(pair: GearPair, fidelity: GearFidelity) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _Phase:
-    """Contact lines at a phase of the mesh, with their unloaded gap, local law and weights in the compliances.
-
-    alike (n, n): part of the compliance that is the same in all mesh periods (m/N).
-    """
+    """Contact lines at a phase of the mesh, with their unloaded gap, local law and weights in the compliances."""
 
     lines: ContactLines
     gap: FloatArray
     law: LocalLaw
     weights: tuple[FlankWeights | None, ...]
-    alike: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,12 +143,16 @@ class Engagement:
             )
 
     @cached_property
-    def _phases(self) -> dict[tuple[int, int], _Phase]:
+    def _phases(self) -> dict[_Key, _Phase]:
+        return {}
+
+    @cached_property
+    def _common_compliances(self) -> dict[_Key, FloatArray]:
         return {}
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the fields without the phases, which other processes compute themselves."""
-        return {name: value for name, value in self.__dict__.items() if name != "_phases"}
+        """Return the fields without what is kept of phases, which other processes compute themselves."""
+        return {name: value for name, value in self.__dict__.items() if name not in ("_phases", "_common_compliances")}
 
     @cached_property
     def _splines(self) -> tuple[FlankSplines | SliceCompliance, ...]:
@@ -177,9 +183,9 @@ class Engagement:
     def compliance(self, lines: ContactLines) -> FloatArray:
         """Return C (n, n) in m/N: normal approach at every slice under a unit normal force at each, both gears."""
         weights = self._weights(lines)
-        return self._with_differing(self._alike(lines, weights), lines, weights)
+        return self._completed(self._common(lines, weights), lines, weights)
 
-    def _alike(self, lines: ContactLines, weights: tuple[FlankWeights | None, ...]) -> FloatArray:
+    def _common(self, lines: ContactLines, weights: tuple[FlankWeights | None, ...]) -> FloatArray:
         """Return the part (n, n) of `compliance` in m/N that is the same in all mesh periods."""
         n = len(lines.length)
         total = np.zeros((n, n))
@@ -188,18 +194,18 @@ class Engagement:
                 body_compliance.add(total, radius, lines.length)
             else:
                 assert own is not None
-                body_compliance.add_alike(total, lines.side, tooth, own)
+                body_compliance.add_common(total, lines.side, tooth, own)
         return total
 
-    def _with_differing(
-        self, alike: FloatArray, lines: ContactLines, weights: tuple[FlankWeights | None, ...]
+    def _completed(
+        self, common: FloatArray, lines: ContactLines, weights: tuple[FlankWeights | None, ...]
     ) -> FloatArray:
-        """Return `compliance`, of its part that is the same in all mesh periods."""
-        total = alike.copy()
+        """Return `compliance`: its common part, and the one of the teeth in contact."""
+        total = common.copy()
         for tooth, body_compliance, own in zip(lines.tooth, self._splines, weights, strict=True):
             if isinstance(body_compliance, FlankSplines):
                 assert own is not None
-                body_compliance.add_differing(total, lines.side, tooth, own)
+                body_compliance.add_particular(total, lines.side, tooth, own)
         return total
 
     def _weights(self, lines: ContactLines) -> tuple[FlankWeights | None, ...]:
@@ -209,24 +215,33 @@ class Engagement:
             for body_compliance, radius in zip(self._splines, lines.radius, strict=True)
         )
 
-    def _lines_and_phase(self, angle: float, flank: int) -> tuple[ContactLines, _Phase]:
-        """Return the contact lines at an angle, and the phase of the mesh; other mesh periods load other teeth."""
+    def _phase(self, angle: float, flank: int) -> tuple[_Key, int, _Phase]:
+        """Return the phase of the mesh at an angle and its key, and the number of mesh periods before it."""
         meshes, phase = divmod(round(angle / self.pair.mesh_period * _PHASES), _PHASES)
         found = self._phases.get((phase, flank))
         if found is None:
             lines = self.lines(phase / _PHASES * self.pair.mesh_period, flank)
-            weights, law = self._weights(lines), self.local_law(lines)
-            found = _Phase(lines, separation(self.pair, lines), law, weights, self._alike(lines, weights))
-            if len(self._phases) * found.alike.nbytes < _KEPT_BYTES:
+            found = _Phase(lines, separation(self.pair, lines), self.local_law(lines), self._weights(lines))
+            if len(self._phases) < _KEPT:
                 self._phases[phase, flank] = found
-        later = meshes * self.pair.sense * np.array([[-1], [1]])
-        return replace(found.lines, tooth=found.lines.tooth + later), found
+        return (phase, flank), meshes, found
 
-    def _lines_gap_and_phase(self, angle: float, flank: int) -> tuple[ContactLines, FloatArray, _Phase]:
-        """Return `_lines_and_phase` and, between them, the unloaded gaps (n,) in m with the deviations."""
-        lines, phase = self._lines_and_phase(angle, flank)
+    def problem(self, angle: float, flank: int = DRIVE) -> ContactProblem:
+        """Return the contact problem at wheel `angle` (rad); other mesh periods load other teeth."""
+        key, meshes, phase = self._phase(angle, flank)
+        later = meshes * self.pair.sense * np.array([[-1], [1]])
+        lines = replace(phase.lines, tooth=phase.lines.tooth + later)
         gap = phase.gap if self.deviations is None else phase.gap + self.deviation_gap(lines, 0)
-        return lines, gap, phase
+        return ContactProblem(self, lines, gap, phase.law, phase.weights, key)
+
+    def _common_of(self, problem: ContactProblem) -> FloatArray:
+        """Return `_common` of a problem, which is kept for its phase as long as there is room."""
+        found = None if problem.key is None else self._common_compliances.get(problem.key)
+        if found is None:
+            found, kept = self._common(problem.lines, problem.weights), self._common_compliances
+            if problem.key is not None and len(kept) < min(_KEPT, _KEPT_BYTES / max(found.nbytes, 1)):
+                kept[problem.key] = found
+        return found
 
     def friction_compliance(self, lines: ContactLines) -> FloatArray:
         """Return the normal approach (n, n) in m/N at every slice under unit friction at each, both gears.
@@ -294,15 +309,8 @@ class Engagement:
         """Return `ContactProblem.forces` (n_case, n) in N on given lines."""
         return self._problem_on(lines).forces(approach, friction)
 
-    def problem(self, angle: float, flank: int = DRIVE) -> ContactProblem:
-        """Return the contact problem at wheel `angle` (rad)."""
-        lines, gap, phase = self._lines_gap_and_phase(angle, flank)
-        return ContactProblem(self, lines, gap, phase.law, phase.alike, phase.weights)
-
     def _problem_on(self, lines: ContactLines) -> ContactProblem:
-        weights = self._weights(lines)
-        alike = self._alike(lines, weights)
-        return ContactProblem(self, lines, self.gap(lines), self.local_law(lines), alike, weights)
+        return ContactProblem(self, lines, self.gap(lines), self.local_law(lines), self._weights(lines))
 
     def mesh_force(self, angle: float, deflection: FloatArray) -> FloatArray:
         """Return F(θ, δ) (n_defl,) in N: > 0 on the drive flank, 0 in the backlash gap, < 0 on the back flank."""
@@ -322,7 +330,7 @@ class Engagement:
 
         It is 0 without micro-geometry and misalignment.
         """
-        return float(self._lines_gap_and_phase(angle, flank)[1].min())
+        return float(self.problem(angle, flank).gap.min())
 
 
 @dataclass(frozen=True, eq=False)
@@ -333,21 +341,21 @@ class ContactProblem:
     lines: contact lines.
     gap (n,): unloaded gap of every slice, deviations included (m).
     law: local law of every slice.
-    alike (n, n): part of the compliance that is the same in all mesh periods (m/N).
     weights: those of the slices in the compliances of both gears.
+    key: key of the mesh's phase; None for lines that were made alone.
     """
 
     engagement: Engagement
     lines: ContactLines
     gap: FloatArray
     law: LocalLaw
-    alike: FloatArray
     weights: tuple[FlankWeights | None, ...]
+    key: _Key | None = None
 
     @cached_property
     def compliance(self) -> FloatArray:
         """`Engagement.compliance` (n, n) in m/N."""
-        return self.engagement._with_differing(self.alike, self.lines, self.weights)
+        return self.engagement._completed(self.engagement._common_of(self), self.lines, self.weights)
 
     @cached_property
     def friction_compliance(self) -> FloatArray:

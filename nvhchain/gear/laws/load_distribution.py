@@ -115,8 +115,7 @@ def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatA
     guess, found = 1e-9 * force, []
     for angle in angles:
         loaded = loaded_mesh(engagement, float(angle), force, guess=guess)
-        guess, problem = loaded.deflection, engagement.problem(float(angle))
-        lines = problem.lines
+        guess, lines, problem = loaded.deflection, loaded.lines, loaded.problem
         share = loaded.force / loaded.force.sum()
         sense, distance = mean_sliding(pair, lines.position, lines.length)
         lever = cos(pair.base_helix_angle) * lines.axial + pair.sense * sin(pair.base_helix_angle) * (

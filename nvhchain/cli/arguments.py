@@ -135,7 +135,12 @@ def parser() -> argparse.ArgumentParser:
 
     spread = Parser(add_help=False)
     where = spread.add_mutually_exclusive_group()
-    where.add_argument("--workers", metavar="N", type=int, help="spread the work over N processes of this machine")
+    where.add_argument(
+        "--workers",
+        metavar="N",
+        type=int,
+        help="spread the work over N processes of this machine; study takes one for each core where that saves time",
+    )
     where.add_argument("--scheduler", metavar="ADDRESS", help="spread the work over a dask scheduler, tcp://HOST:PORT")
 
     enforce = Parser(add_help=False)

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import argparse
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nvhchain.cli.console import Console
 from nvhchain.cli.output import show
-from nvhchain.errors import counted, require
+from nvhchain.errors import InputError, counted, require
 from nvhchain.fidelity import PRESETS, Fidelity
 from nvhchain.runtime.processes import process_pool
+from nvhchain.runtime.threads import cores
 
 if TYPE_CHECKING:
     from nvhchain.study import Study
+
+_LEAST_SECONDS = 20.0
+"""Smallest processor time (s) of the runs after the first one for which further processes save time."""
 
 
 def study_command(options: argparse.Namespace) -> int:
@@ -27,7 +31,7 @@ def study_command(options: argparse.Namespace) -> int:
     out = Path(options.out or Path("out") / path.stem)
     if options.plan:
         return _print_plan(study, fidelity, path, out, options.operators)
-    with _executor(options) as executor:
+    with _executor(options, study, fidelity) as executor:
         rows = run_study(
             study,
             out=out,
@@ -43,15 +47,29 @@ def study_command(options: argparse.Namespace) -> int:
     return 0
 
 
-def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | None]:
-    """Return the executor of the named workers or scheduler, if any."""
+def _executor(options: argparse.Namespace, study: Study, fidelity: Fidelity) -> AbstractContextManager[Executor | None]:
+    """Return the executor of the named workers or scheduler, or of all cores where they save time."""
     workers, scheduler = options.workers, options.scheduler
     require(workers is None or workers >= 1, f"--workers = {workers}: give 1 or more")
     if scheduler is None:
+        workers = workers or _useful_workers(study, fidelity)
         return nullcontext() if workers is None else process_pool(workers)
     from nvhchain.runtime.cluster import connect
 
     return connect(scheduler)
+
+
+def _useful_workers(study: Study, fidelity: Fidelity) -> int | None:
+    """Return the number of cores if the runs after the first one take long; None for one process."""
+    from nvhchain.study import costs
+
+    if cores() == 1:
+        return None
+    with suppress(InputError):  # the run says what is wrong
+        repeated = (step for step in costs(study, fidelity, most=3) if step.times > 1)
+        if sum((step.times - 1) * step.seconds for step in repeated) >= _LEAST_SECONDS:
+            return cores()
+    return None
 
 
 def _print_plan(study: Study, fidelity: Fidelity, path: Path, out: Path, operators: str | None) -> int:

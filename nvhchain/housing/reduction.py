@@ -28,7 +28,7 @@ from nvhchain.housing.skin import thin_walls
 from nvhchain.housing.skin.mapping_error import skin_sources, stated_mapping_errors
 from nvhchain.housing.skin.normal_motion import normal_motion
 
-_STEPS = 6
+_STEPS = 5
 
 _LEFT, _LEFT_RISE, _LEFT_MOST, _SHORT = 0.15, 0.14, 0.5, 1.6
 """Error of a corrected natural frequency over the correction at sharp inner edges, by the length of elements.
@@ -93,9 +93,8 @@ def reduce_housing(
         surface = enveloped.result()
         given = mesh.nodes, mesh.skin, surface, mounting_plane_faces(surface), fidelity.samples_per_face
         motion = pool.submit(normal_motion, *given)  # beside matrices and modes
-        tell(2, _STEPS)
         reduced = reduce_mesh(
-            mesh, casting, surface, motion.result, f_max, fidelity, lambda step: tell(step + 2, _STEPS)
+            mesh, casting, surface, motion.result, f_max, fidelity, lambda step: tell(step + 1, _STEPS)
         )
     return finished(reduced, fidelity)
 

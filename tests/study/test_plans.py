@@ -10,6 +10,7 @@ import pytest
 import nvhchain as nvh
 from nvhchain.case import Casting, Extent
 from nvhchain.cli import main
+from nvhchain.cli import study as cli_study
 from nvhchain.errors import InputError
 from nvhchain.study import (
     Goal,
@@ -408,6 +409,18 @@ def test_the_plan_states_the_time_of_drawn_gearboxes_within_a_factor_of_one_and_
     )
     assert drawn.times == 1
     assert 0.34 / 1.5 < drawn.seconds - plain.seconds < 0.28 * 1.5  # tooth pairs, which all gearboxes share
+
+
+def test_a_study_takes_all_cores_where_its_runs_take_longer_than_processes_to_start(monkeypatch):
+    seed = Parameter("seed", ("gears.pinion.deviations.seed",), draw=True)
+    many = Study(SMALL.with_name("class_6.toml"), (seed,), plan="monte_carlo", designs=1000)
+    monkeypatch.setattr(cli_study, "cores", lambda: 4)
+    assert cli_study._useful_workers(many, nvh.DRAFT) == 4
+    assert cli_study._useful_workers(replace(many, designs=3), nvh.DRAFT) is None
+    absent = replace(many, case=SMALL.with_name("absent.toml"))  # the run says so
+    assert cli_study._useful_workers(absent, nvh.DRAFT) is None
+    monkeypatch.setattr(cli_study, "cores", lambda: 1)
+    assert cli_study._useful_workers(many, nvh.DRAFT) is None
 
 
 @pytest.mark.parametrize("kind", ["rayleigh", "imported modes"])

@@ -44,7 +44,7 @@ with _fused._compiling_close("double") as child:
 from pathlib import Path
 from nvhchain import DRAFT
 from nvhchain.chain import prefetch as ahead
-with ahead._mesh_law_process([], DRAFT, Path(), []):
+with ahead._mesh_law_process(([], DRAFT, Path(), [], [])):
     pass
 """,
     "trade-off": """

@@ -17,7 +17,7 @@ from nvhchain.gear.contact.engagement import Engagement, close_edges
 from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.gear.laws.mesh_law import pair_compliances
-from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, compute_blocks, loaded_mesh
+from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, compute_blocks, load_problem
 from nvhchain.handoff import FloatArray, LoadDistribution, MeshPeriod
 from nvhchain.kinds import checked
 
@@ -114,8 +114,9 @@ def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatA
     pair = engagement.pair
     guess, found = 1e-9 * force, []
     for angle in angles:
-        loaded = loaded_mesh(engagement, float(angle), force, guess=guess)
-        guess, lines, problem = loaded.deflection, loaded.lines, loaded.problem
+        problem = engagement.problem(float(angle))
+        loaded = load_problem(problem, float(angle), force, guess)
+        guess, lines = loaded.deflection, loaded.lines
         share = loaded.force / loaded.force.sum()
         sense, distance = mean_sliding(pair, lines.position, lines.length)
         lever = cos(pair.base_helix_angle) * lines.axial + pair.sense * sin(pair.base_helix_angle) * (

@@ -96,7 +96,6 @@ class LoadedMesh:
     torque: torque into the pinion and out of the wheel (N m), friction included.
     residual: residual of the complementarity problem (m): gap of loaded slices or overlap of others, whichever is
         larger.
-    problem: contact problem of this angle.
     """
 
     lines: ContactLines
@@ -107,7 +106,6 @@ class LoadedMesh:
     secant_stiffness: float
     torque: tuple[float, float]
     residual: float
-    problem: ContactProblem
 
     def load_share(self) -> dict[int, float]:
         """Return the share of the force on each tooth pair, by wheel tooth."""
@@ -141,8 +139,20 @@ def loaded_mesh(
         f"force = {force:g} N must be positive and finite: unloaded flanks touch at `Engagement.first_contact`",
     )
     require(isfinite(angle), f"angle = {angle:g} rad must be finite")
-    tolerance, problem = 1e3 * engagement.fidelity.contact_residual, engagement.problem(angle)
-    start, lines = float(problem.gap.min()), problem.lines
+    return load_problem(engagement.problem(angle), angle, force, guess, friction, friction_bending)
+
+
+def load_problem(
+    problem: ContactProblem,
+    angle: float,
+    force: float,
+    guess: float,
+    friction: float = 0.0,
+    friction_bending: bool = True,
+) -> LoadedMesh:
+    """Return `loaded_mesh` of the contact problem at an angle."""
+    engagement, lines = problem.engagement, problem.lines
+    tolerance, start = 1e3 * engagement.fidelity.contact_residual, float(problem.gap.min())
     pressed = max(guess - start, 0.1 * guess)
     require(0 < pressed < inf, f"guess = {guess:g} m must be a positive deflection, such as 1 nm for every newton")
     unit = engagement.pair.base_radius[0] * np.cos(engagement.pair.base_helix_angle)
@@ -169,7 +179,6 @@ def loaded_mesh(
                 normal[0] / probe[0],
                 (pinion_torque, wheel_torque),
                 problem.residual(float(probe[0]), forces[0], bending),
-                problem,
             )
         pressed = max(pressed + (force - total[0]) / tangent, pressed / 10)
     raise SolverError(f"no deflection found for {force:g} N at wheel angle {angle:g} rad")

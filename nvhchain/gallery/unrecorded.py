@@ -183,7 +183,7 @@ ITEMS = (
     _item(
         "4.14",
         "Orders of the transmission error of gear 3 at 300 Nm, with and without friction",
-        f"{_OURS}the slots put sidebands 3 orders apart beside the mesh order, 4 % of it without friction and 9 % "
+        f"{_OURS}the slots put sidebands 3 orders apart beside the mesh order, 4 % of it without friction and 10 % "
         "with it.",
         # at the angle where spur teeth touch at the pitch point alone, friction has no sense; it had one by rounding
         # in 7 of 19 mesh periods, which made order 57 with friction 3.60 µm and order 60 0.345 µm

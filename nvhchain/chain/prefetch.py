@@ -91,8 +91,8 @@ def operators_ahead(
     for case in cases:
         preflight(case, fidelity, {})
     writable_folder(operators, "operators")
-    stated = [gearbox for case, gearbox in zip(asked, gearboxes, strict=True) if case is gearbox]
-    with _mesh_law_process((gearboxes, fidelity, operators, laws, stated), watcher):
+    unestimated = [gearbox for case, gearbox in zip(asked, gearboxes, strict=True) if case is gearbox]
+    with _mesh_law_process((gearboxes, fidelity, operators, laws, unestimated), watcher):
         runs = []
         for case in gearboxes:
             watching = _OnlyComputed(watcher, case.name if len(gearboxes) > 1 else "")
@@ -222,10 +222,8 @@ def main() -> None:
         runs = [Run(Scene(case, fidelity), shared=ResultCache(operators, _Telling(case.name))) for case in cases]
         for number, stage in laws:
             steps.mesh_law(runs[number], stage)
-        with (
-            suppress(InputError, SolverError),
-            estimates_kept(operators),
-        ):  # an error recurs where the estimates are needed
+        # an error recurs where the estimates are needed
+        with suppress(InputError, SolverError), estimates_kept(operators):
             for case in unestimated:
                 modelled(case, fidelity)
 

@@ -74,6 +74,14 @@ def test_friction_in_the_balance_of_torque_alone_changes_nothing_but_the_load(al
     assert deflections[0] / deflections[1] > 1.1 > bent[0] / bent[1]
 
 
+@pytest.mark.parametrize("angle", [-2e-3, 2e-3])
+def test_slices_with_friction_meet_without_overlap(alike, angle):
+    force = alike.pair.normal_force(100.0)
+    mesh = loaded_mesh(alike, angle, force, guess=20e-6, friction=MU)
+    assert mesh.residual < 1e-6 * mesh.deflection
+    assert mesh.residual < 1e-3 * alike.residual(mesh.lines, mesh.deflection, mesh.force)  # without friction
+
+
 def test_transmission_error_jumps_only_with_friction_and_only_there(alike):
     torque = 150.0
     angle, smooth = loaded_transmission_error(alike, torque)

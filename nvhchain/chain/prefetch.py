@@ -1,9 +1,11 @@
 """Operators of gearboxes on two cores: mesh laws in a separate process, all operators in this one.
 
-This module is the separate process (`python -m`). It computes the mesh laws, the longest first, and then what the
-estimates of options take from the gears. This process computes housings and transfer vectors, and then laws, the
-shortest first, until both meet. Laws and housings are independent,
-and a second thread speeds up their finite elements little.
+This module is the separate process (`python -m`). It computes the mesh laws with their load distributions, the longest
+first, and then what the estimates of options take from the gears. This process computes housings and transfer vectors,
+and then laws, the shortest first, until both meet. A second thread speeds up the finite elements of either little.
+
+Gears and housings are independent, unless the housing tilts the gears under load. The other process then computes the
+flank compliances, which are most of the work, and waits for the housing.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from signal import SIGINT, SIGTERM, default_int_handler, signal
 from tempfile import TemporaryFile
 from threading import Thread
 from time import perf_counter
-from typing import IO
+from typing import IO, Any
 
 from nvhchain import gear
 from nvhchain.case import Case, GearboxCase
@@ -33,7 +35,7 @@ from nvhchain.files.result_cache import AheadWatcher, ResultCache, Unwatched, Wa
 from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, cores, granted
-from nvhchain.scene import Scene, decided, modelled, planned_steps, preflight
+from nvhchain.scene import Scene, modelled, modelled_alike, planned_steps, preflight
 from nvhchain.scene.kept import estimates_kept
 from nvhchain.scene.mechanics import law_knobs
 from nvhchain.scene.planned import PlannedStep
@@ -70,20 +72,25 @@ class _OnlyComputed(Unwatched):
 
 @contextmanager
 def operators_ahead(
-    cases: Sequence[Case], fidelity: Fidelity, operators: Path, watcher: Watcher | None = None
+    cases: Sequence[Case],
+    fidelity: Fidelity,
+    operators: Path,
+    watcher: Watcher | None = None,
+    states: tuple[Sequence[float] | None, Sequence[float] | None] = (None, None),
 ) -> Iterator[None]:
     """Compute housings, mesh laws and transfer vectors of `cases` in advance, and compile the code of the next steps.
 
     cases: cases that will run with the same operators.
     operators: folder of the shared operators.
     watcher: receives the progress of what is computed in this process.
+    states: further steady speeds of the input (rad/s) and torques (N m), for which open options are decided, too.
 
     A law that the other process has begun is waited for. If that process fails, this one computes its laws. Nothing is
     done in advance with one core, where too little work is left, or memory, for two processes, or where threads of this
-    process save more. The same holds for options whose laws need more than the gears.
+    process save more.
     """
-    asked, cases = cases, [decided(case, fidelity) for case in cases]
-    gearboxes = [case for case in cases if isinstance(case, GearboxCase) and _laws_need_gears_alone(case)]
+    asked, cases = cases, _decided_alike(cases, fidelity, states)
+    gearboxes = [case for case in cases if isinstance(case, GearboxCase)]
     laws = _laws_ahead(gearboxes, fidelity, operators) if len(gearboxes) == len(cases) else []
     if not laws:
         yield
@@ -108,8 +115,16 @@ def operators_ahead(
         with blas_threads(1), granted(1):
             for number, stage in reversed(laws):
                 with concerning(runs[number].case.name):
-                    steps.mesh_law(runs[number], stage)
+                    steps.stage_ahead(runs[number], stage)
         yield
+
+
+def _decided_alike(cases: Sequence[Case], fidelity: Fidelity, states: Any) -> list[Case]:
+    """Return the cases without `auto`, as a comparison decides them; those that leave nothing open as they are."""
+    if not any(isinstance(case, GearboxCase) and case.options.undecided for case in cases):
+        return list(cases)
+    decisions = modelled_alike(cases, fidelity, *states)
+    return [decisions[case.name].case if case.name in decisions else case for case in cases]
 
 
 _Task = tuple[Sequence[GearboxCase], Fidelity, Path, Sequence[_Law], Sequence[GearboxCase]]
@@ -166,12 +181,6 @@ class _Telling(Unwatched):
             print("\t".join(told), file=sys.stderr, flush=True)
 
 
-def _laws_need_gears_alone(case: GearboxCase) -> bool:
-    """Return True where the mesh laws need only the gears, and no other step needs the gears' compliance."""
-    options = case.options
-    return not (options.tilt or options.load_distribution or options.loaded_misalignment)
-
-
 def _laws_ahead(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path) -> list[_Law]:
     """Return the mesh laws to compute, the longest first; none where a second process saves no time, or lacks memory.
 
@@ -183,11 +192,14 @@ def _laws_ahead(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Pat
         cached = cached_results(case, fidelity=fidelity, out=operators, only=(HOUSING, MESH_LAWS, TRANSFER_VECTORS))
         if cached.issuperset(MESH_LAWS.file_of(stage.name) for stage in case.stages):
             continue
-        planned = {one.result: one for one in planned_steps(Scene(case, fidelity)) if one.result not in cached}
+        scene = Scene(case, fidelity)
+        tilted = number if _tilted(scene) else None  # cases tilt the same gears differently
+        planned = {one.result: one for one in planned_steps(scene) if one.result not in cached}
         others += [one for one in planned.values() if one.step in (HOUSING, TRANSFER_VECTORS)]
         for stage, (drawn, pair, force) in enumerate(zip(case.stages, case.pairs, case.mesh_forces, strict=True)):
             knobs = law_knobs(case, stage, fidelity.gear)
-            result, inputs = MESH_LAWS.file_of(drawn.name), fingerprint(drawn.name, pair, gear.law_load(force), knobs)
+            result, load = MESH_LAWS.file_of(drawn.name), gear.law_load(force)
+            inputs = fingerprint(drawn.name, pair, load, knobs, tilted)
             if result in planned and inputs not in found:  # cases have laws in common
                 laws[number, stage] = planned[result]
                 found.add(inputs)
@@ -203,6 +215,11 @@ def _laws_ahead(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Pat
     return ordered if enough else []
 
 
+def _tilted(scene: Scene) -> bool:
+    """Return True where the housing tilts the gears under load, and so must be known before their laws."""
+    return HOUSING in MESH_LAWS.needs(scene)
+
+
 def _end_with_caller() -> None:
     """End this process when the caller closes its end of the pipe or has ended.
 
@@ -213,19 +230,28 @@ def _end_with_caller() -> None:
 
 
 def main() -> None:
-    """Compute mesh laws, in their order, and then what the estimates of options take from the gears."""
+    """Compute mesh laws, in their order, and what the estimates of options take from the gears."""
     signal(SIGINT, default_int_handler)  # background jobs of a script ignore it otherwise
     signal(SIGTERM, default_int_handler)
     cases, fidelity, operators, laws, unestimated = pickle.load(sys.stdin.buffer)
     with suppress(KeyboardInterrupt):
         Thread(target=_end_with_caller, daemon=True).start()
         runs = [Run(Scene(case, fidelity), shared=ResultCache(operators, _Telling(case.name))) for case in cases]
+        tilted = [_tilted(run.scene) for run in runs]
         for number, stage in laws:
-            steps.mesh_law(runs[number], stage)
+            if tilted[number]:
+                runs[number].compliances[stage](lambda done, total: None)
+            else:
+                steps.stage_ahead(runs[number], stage)
         # an error recurs where the estimates are needed
         with suppress(InputError, SolverError), estimates_kept(operators):
             for case in unestimated:
                 modelled(case, fidelity)
+        for number in dict.fromkeys(number for number, _ in laws if tilted[number]):
+            runs[number].hand_offs[HOUSING] = steps.reduced_housing(runs[number])  # the caller makes it
+        for number, stage in laws:
+            if tilted[number]:
+                steps.stage_ahead(runs[number], stage)
 
 
 if __name__ == "__main__":

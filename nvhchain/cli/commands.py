@@ -162,7 +162,7 @@ def _run_here(
     with (
         recorded_case(case, fidelity, out),
         _executor(options) as executor,
-        nullcontext() if executor or given else operators_ahead([decided], fidelity, out, watcher),
+        nullcontext() if executor or given else operators_ahead([case], fidelity, out, watcher, states),
     ):
         result = chain.run(decided, fidelity=fidelity, out=out, executor=executor, watcher=watcher, **given)
     result = replace(result, decision=decision or result.decision)
@@ -247,7 +247,7 @@ def _compare(options: argparse.Namespace) -> int:
     idle = stands_already(cases, fidelity, out, states)
     with (
         nullcontext() if idle else _executor(options) as executor,
-        nullcontext() if idle or executor else operators_ahead(cases, fidelity, out / OPERATORS, watcher),
+        nullcontext() if idle or executor else operators_ahead(cases, fidelity, out / OPERATORS, watcher, states),
     ):
         speeds, torques = states
         work: dict[str, Any] = {"executor": executor, "watcher": watcher, "speeds": speeds, "torques": torques}

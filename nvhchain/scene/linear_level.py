@@ -14,7 +14,7 @@ import numpy as np
 
 from nvhchain import dynamics, gear, levels
 from nvhchain.bearings import StiffnessMatrix
-from nvhchain.case import GearboxCase, Options
+from nvhchain.case import PLAIN, GearboxCase, Options
 from nvhchain.case.gearbox import Support
 from nvhchain.dynamics import Gearbox, LoadCentre, MeshFriction, VibratingBody
 from nvhchain.errors import SolverError
@@ -70,6 +70,7 @@ class LinearGearbox:
     case: GearboxCase
     steady: tuple[float, ...] = ()
     orders: FloatArray = field(default_factory=lambda: np.zeros(0), init=False)
+    _found_tilts: dict[tuple[bool, bool], FloatArray] = field(default_factory=dict, init=False)
 
     @cached_property
     def _gearbox(self) -> Gearbox:
@@ -121,7 +122,7 @@ class LinearGearbox:
         Returns (n_speed, n_order): sum over bearings and directions (N²), weighted by the walls; 0 outside the band.
         """
         evenly = options.loaded_misalignment is True
-        tilts = self._tilts(self._model(replace(options, tilt=False))) if evenly else None
+        tilts = self._tilts(options.flexible_shafts is True, options.gear_body_modes is True) if evenly else None
         gearbox, laws, deflections = self._model(options, tilts)
         if options.tilt is True and not evenly:
             deflections = self._tilted_deflections(gearbox, laws, deflections)
@@ -181,8 +182,14 @@ class LinearGearbox:
         small = np.pi * frequency**2 * area / self.case.air.speed_of_sound**2  # (k a)² of the sphere
         return np.asarray(np.minimum(1.0, frequency / lowest) ** 2 * small / (1.0 + small))
 
-    def _tilts(self, plain: tuple[Gearbox, list[MeshLaw], list[Any]]) -> FloatArray:
-        gearbox, laws, _ = plain
+    def _tilts(self, flexible_shafts: bool, gear_body_modes: bool) -> FloatArray:
+        """Return the tilt (n_mesh, 2) (rad) of every mesh under load; no other option has a part in it."""
+        if (flexible_shafts, gear_body_modes) not in self._found_tilts:
+            moving = replace(PLAIN, flexible_shafts=flexible_shafts, gear_body_modes=gear_body_modes)
+            self._found_tilts[flexible_shafts, gear_body_modes] = self._balanced(*self._model(moving)[:2])
+        return self._found_tilts[flexible_shafts, gear_body_modes]
+
+    def _balanced(self, gearbox: Gearbox, laws: list[MeshLaw]) -> FloatArray:
         case, torque = self.case, self.case.operation.input_torque
         forces = [0.0 if case.idles(each) else force for each, force in zip(case.stages, case.mesh_forces, strict=True)]
         pairs = [_solid_pair(pair) for pair in case.pairs]

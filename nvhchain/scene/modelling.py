@@ -206,7 +206,12 @@ def modelled_alike(
     if (len(gearboxes) < 2 and not speeds) or not any(case.options.undecided for case in gearboxes):
         return alone
     needed = {
-        case.name: [alone[case.name].case.options, *_needed(case, fidelity, tuple(speeds or ()), torques)]
+        case.name: [
+            alone[case.name].case.options,
+            *_needed(
+                case, fidelity.option_tolerance_db, tuple(speeds or ()), None if torques is None else tuple(torques)
+            ),
+        ]
         for case in gearboxes
     }
     common, source = dict[str, Any](), dict[str, str]()
@@ -218,24 +223,24 @@ def modelled_alike(
     return {case.name: _alike(case, common, source, fidelity.option_tolerance_db) for case in gearboxes}
 
 
+@lru_cache(maxsize=64)
 def _needed(
-    case: GearboxCase, fidelity: Fidelity, speeds: tuple[float, ...], torques: Sequence[float] | None
-) -> list[Options]:
+    case: GearboxCase, tolerance: float, speeds: tuple[float, ...], torques: tuple[float, ...] | None
+) -> tuple[Options, ...]:
     """Return the options that a case needs at steady speeds (rad/s), for each torque (N m)."""
     if not speeds or not case.options.undecided:
-        return []
-    loads = [case.operation.input_torque] if torques is None else torques
+        return ()
     found = []
-    for load in loads:
+    for load in (case.operation.input_torque,) if torques is None else torques:
         with suppress(InputError):  # a state that the case refuses has no level
             state = replace(case, operation=replace(case.operation, input_torque=float(load)))
-            found.append(_chosen(_Estimates(state, speeds), fidelity.option_tolerance_db)[0])
-    return found
+            found.append(_chosen(_Estimates(state, speeds), tolerance)[0])
+    return tuple(found)
 
 
 def _alike(case: GearboxCase, common: Mapping[str, Any], source: Mapping[str, str], tolerance: float) -> Modelling:
     """Return the modelling of a case whose open options take common values where they can."""
-    linear = _Estimates(case)
+    linear = _estimates(case)
     chosen = linear.plain(**{name: common[name] for name in linear.open})
     asked = {name: source.get(name, AUTO) for name in case.options.undecided}
     return _described(linear, chosen, linear.plain(**_switched_on(linear.open)), tolerance, asked)
@@ -243,7 +248,7 @@ def _alike(case: GearboxCase, common: Mapping[str, Any], source: Mapping[str, st
 
 @lru_cache(maxsize=256)
 def _modelled(case: GearboxCase, tolerance: float) -> Modelling:
-    linear = _Estimates(case)
+    linear = _estimates(case)
     chosen, full = _chosen(linear, tolerance)
     return _described(linear, chosen, full, tolerance, dict.fromkeys(case.options.undecided, AUTO))
 
@@ -297,6 +302,12 @@ def _farthest(before: FloatArray, after: FloatArray) -> float:
     """Return the largest distance (dB) of spectra (n_speed, n_order) that are heard at all."""
     heard = (before.sum(axis=1) > 0.0) & (after.sum(axis=1) > 0.0)
     return max((spectral_distance(*each) for each in zip(before[heard], after[heard], strict=True)), default=0.0)
+
+
+@lru_cache(maxsize=16)
+def _estimates(case: GearboxCase) -> _Estimates:
+    """Return the spectra of a case, which a comparison takes again."""
+    return _Estimates(case)
 
 
 def _switched_on(names: Sequence[str]) -> dict[str, Any]:

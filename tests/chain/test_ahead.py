@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
+from nvhchain.case import Options
 from nvhchain.chain import prefetch as ahead
 from nvhchain.chain.steps import kernels
 from nvhchain.cli import main
@@ -78,7 +79,7 @@ def test_this_process_begins_with_the_shortest_law_and_names_its_case(request, t
         laws.append((run.case.name, stage))
         run.shared.watcher.end("mesh_law", "computed")
 
-    monkeypatch.setattr(ahead.steps, "mesh_law", law)
+    monkeypatch.setattr(ahead.steps, "stage_ahead", law)
     with ahead.operators_ahead(cases, nvh.DRAFT, tmp_path, record):
         pass
     assert laws[-3:] == [("solid", 0), ("slotted", 0), ("solid", 1)]
@@ -137,6 +138,7 @@ def test_the_other_process_ends_with_what_estimates_take_from_the_gears(case, tm
     monkeypatch.setattr(linear_level.gear, "mesh_period", None)
     linear_level._period.cache_clear()
     modelling._modelled.cache_clear()
+    modelling._estimates.cache_clear()
     with pytest.raises(TypeError):
         modelled_alike([case], nvh.DRAFT)
     with estimates_kept(tmp_path):
@@ -171,14 +173,48 @@ def test_transfer_vectors_are_made_while_the_laws_are(case, coarse, tmp_path, re
     assert record.began.count("transfer_vectors") == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "options", [{"tilt": True}, {"shuttling": True}, {"friction": 0.05}, {"loaded_misalignment": True}]
+    "options", [{"shuttling": True, "tilt": True}, {"loaded_misalignment": True, "friction": 0.05}]
 )
-def test_laws_that_take_more_than_the_gears_are_left_to_the_run(case, coarse, tmp_path, monkeypatch, worth, options):
-    monkeypatch.setattr(ahead.processes, "start_python", None)
+def test_options_of_the_meshes_change_no_result_made_beside(case, coarse, tmp_path, record, worth, options):
+    """The housing tilts gears under load: their laws wait for it, their compliances do not."""
     coupled = replace(case, options=replace(case.options, **options))
-    with ahead.operators_ahead([coupled], coarse, tmp_path):
-        assert not list(tmp_path.iterdir())
+    with ahead.operators_ahead([coupled], coarse, tmp_path / "two", record):
+        assert "housing" in record.began
+        found = nvh.run(coupled, fidelity=coarse, out=tmp_path / "two", watcher=record)
+    how = dict(record.ended)
+    assert how["load_distribution_stage"] == how["mesh_law_stage"] == "cached"
+    alone = nvh.run(coupled, fidelity=coarse)
+    np.testing.assert_allclose(found.mesh_laws[0].force, alone.mesh_laws[0].force, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(found.force_spectrum.force, alone.force_spectrum.force, rtol=1e-6, atol=1e-9)
+
+
+def test_laws_of_gears_that_the_housing_tilts_are_made_by_the_other_process_and_one_for_each_case(
+    case, coarse, tmp_path, worth
+):
+    tilted = replace(case, options=replace(case.options, loaded_misalignment=True))
+    cases = [tilted, replace(tilted, name="twin")]
+    assert ahead._laws_ahead(cases, coarse, tmp_path) == [(0, 0), (1, 0)]
+    assert ahead._laws_ahead([case, replace(case, name="twin")], coarse, tmp_path) == [(0, 0)]
+    with processes.start_python("-m", "nvhchain.chain.prefetch", stdin=processes.PIPE) as process:
+        pickle.dump(([tilted], coarse, tmp_path, [(0, 0)], []), process.stdin)
+        process.stdin.flush()
+        assert process.wait(timeout=60) == 0
+    made = {path.name.split("-")[0] for path in tmp_path.glob("*.h5")}
+    assert {"flank_flexibility", "housing", "mesh_law_stage"} <= made
+
+
+def test_options_are_decided_alike_before_their_operators_are_made(case, coarse, tmp_path, monkeypatch, worth):
+    """Decided alone, operators of a compared case were of other options than those that its run took."""
+    open_, stated = (
+        replace(case, options=options, name=name) for options, name in ((Options(), "open"), (case.options, "x"))
+    )
+    asked = []
+    monkeypatch.setattr(ahead, "_laws_ahead", lambda cases, *_: asked.extend(cases) or [])
+    with ahead.operators_ahead([open_, stated], coarse, tmp_path):
+        pass
+    assert [each.options for each in asked] == [case.options, case.options]
 
 
 def test_one_core_or_little_memory_takes_one_process(case, coarse, tmp_path, monkeypatch, worth):

@@ -7,7 +7,7 @@ from typing import Any
 
 from nvhchain.chain.running import Run
 from nvhchain.chain.steps.dynamics import bearing_forces, force_spectrum, recording, reduced_housing, surface_velocity
-from nvhchain.chain.steps.gears import load_distributions, mesh_law, mesh_laws
+from nvhchain.chain.steps.gears import load_distributions, mesh_law, mesh_laws, stage_ahead
 from nvhchain.chain.steps.kernels import compile_kernels
 from nvhchain.chain.steps.power import directivity, radiation_efficiency, radiation_resistance, sound_power
 from nvhchain.chain.steps.sound import (
@@ -45,5 +45,6 @@ __all__ = [
     "mesh_laws",
     "recording",
     "reduced_housing",
+    "stage_ahead",
     "transfer_vectors_ahead",
 ]

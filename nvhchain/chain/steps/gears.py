@@ -74,13 +74,30 @@ def _deviated(run: Run, number: int, law: MeshLaw) -> MeshLaw:
 
 def load_distributions(run: Run) -> tuple[LoadDistribution, ...]:
     """Load distribution along the flanks of every stage; friction and shuttling take it with the deviations."""
-    stages = range(len(run.gearbox.stages))
-    forces = [abs(force) for force in run.loaded.mesh_forces]
-    knobs, compute = run.fidelity.gear, gear.load_distribution
-    drawn = (_stage_hand_off(run, LOAD_DISTRIBUTIONS, compute, each, forces[each], knobs) for each in stages)
+    drawn = (load_distribution(run, number) for number in range(len(run.gearbox.stages)))
     if not run.gearbox.options.load_distribution:
         return tuple(drawn)
     return tuple(_deviated_load(run, number, distribution) for number, distribution in enumerate(drawn))
+
+
+def load_distribution(run: Run, number: int) -> LoadDistribution:
+    """Load distribution along the flanks of a stage without deviations.
+
+    number: number of the stage, from 0.
+    """
+    force, knobs = abs(run.loaded.mesh_forces[number]), run.fidelity.gear
+    made: LoadDistribution = _stage_hand_off(run, LOAD_DISTRIBUTIONS, gear.load_distribution, number, force, knobs)
+    return made
+
+
+def stage_ahead(run: Run, number: int) -> None:
+    """Compute what a run needs of the meshes of a stage: mesh law, and load distribution if its options take one.
+
+    number: number of the stage, from 0. A law of gears that the housing tilts needs the run's housing.
+    """
+    if LOAD_DISTRIBUTIONS in run.scene.steps:
+        load_distribution(run, number)
+    mesh_law(run, number)
 
 
 def _deviated_load(run: Run, number: int, drawn: LoadDistribution) -> LoadDistribution:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from math import pi
 
@@ -60,10 +61,8 @@ def elastic_shaft(
     Raises InputError if its segments leave a gap or do not reach the bodies and bearings on them.
     """
     z = _nodes(shaft, [place for place, _ in loads], element)
-    stiffness, mass, spin = _beam(shaft, z)
-    squared, shapes = eigh(stiffness, mass)
-    squared, shapes = squared[6:], shapes[:, 6:]  # the first six are rigid motions
-    acting = np.zeros((len(mass), len(loads)))
+    squared, shapes, spin = _free_modes(shaft, tuple(z.tolist()))
+    acting = np.zeros((len(spin), len(loads)))
     for column, (place, load) in enumerate(loads):
         node = int(np.argmin(np.abs(z - place)))
         acting[6 * node : 6 * node + 6, column] = load
@@ -75,6 +74,20 @@ def elastic_shaft(
     moving = np.hstack([rigid, shapes])
     turning = moving.T @ spin @ moving
     return ElasticShaft(squared, z, shapes.reshape(len(z), 6, -1), 0.5 * (turning - turning.T))
+
+
+@lru_cache(maxsize=16)
+def _free_modes(shaft: Shaft, nodes: tuple[float, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return squared frequencies and shapes of the elastic modes of a free shaft, and its gyroscopic matrix.
+
+    nodes: z of the nodes (m). Gearboxes that differ in their meshes, bearings or speed have these modes in common.
+    """
+    stiffness, mass, spin = _beam(shaft, np.array(nodes))
+    squared, shapes = eigh(stiffness, mass)
+    found = squared[6:], shapes[:, 6:], spin  # the first six are rigid motions
+    for array in found:
+        array.flags.writeable = False
+    return found
 
 
 def _residual_vectors(squared: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -239,7 +239,7 @@ def face_loads(
 ) -> list[FloatArray]:
     """Return the forces (n_point,) (N) that every mesh would have with its whole face loaded as at each of its points.
 
-    The gearbox stands still.
+    The gearbox stands still. Forces of back flanks are negative.
 
     mesh_laws: one law per mesh, in the gearbox's order; of its forces the mean slope counts.
     fidelity: elements and modes of flexible shafts, as in `assemble`.
@@ -252,8 +252,9 @@ def face_loads(
     found: list[list[float]] = [[] for _ in mesh_laws]
     for row, (mesh, share) in enumerate(zip(assembly.mesh, assembly.share, strict=True)):
         if share > 0.0:
-            pressed = float(assembly.contact[2 * row] @ position)
-            found[mesh].append(mean_slope(table, row, share * nominal[mesh]) / share * pressed)
+            back = bool(nominal[mesh] < 0.0)
+            deflection = (-1.0 if back else 1.0) * float(assembly.contact[2 * row + back] @ position)
+            found[mesh].append(mean_slope(table, row, share * nominal[mesh]) / share * deflection)
     return [np.array(each) for each in found]
 
 

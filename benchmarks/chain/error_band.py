@@ -3,6 +3,7 @@
     python -m benchmarks error_band OUT [CASE ...]   writes docs/measured/chain/error_band.md and presets_elsewhere.md
     python -m benchmarks error_band OUT options      writes docs/measured/chain/error_band_options.md
     python -m benchmarks error_band OUT far          writes docs/measured/chain/error_band_far.md
+    python -m benchmarks error_band OUT auto         writes docs/measured/chain/error_band_auto.md
     python -m benchmarks error_band OUT run-ups      writes docs/measured/chain/error_band_run_ups.md
     python -m benchmarks error_band OUT limits       writes nvhchain/scene/measured_limits.json, of what is there
 
@@ -26,13 +27,14 @@ from typing import Any
 import numpy as np
 
 import nvhchain as nvh
-from benchmarks.chain.error_band_cases import far, fitted, held_out, options, run_ups, speeds
+from benchmarks.chain.error_band_cases import far, fitted, held_out, options, run_ups, speeds, undecided
 from benchmarks.publish import command, commit, publish
-from nvhchain.case import GearboxCase
+from nvhchain.case import OFF, ON, GearboxCase
 from nvhchain.chain.result import Result
 from nvhchain.error_band import BANDS, NUMERICAL, ErrorBand, Origin, error_band, force_band, velocity_band
 from nvhchain.fidelity import PRESETS
 from nvhchain.handoff import FloatArray
+from nvhchain.scene import modelled
 from nvhchain.scene.expected_limits import MEASURED
 from nvhchain.tradeoff.deviation import REACH, deviation
 
@@ -96,13 +98,22 @@ def together(verdicts: Iterable[Verdict]) -> Verdict:
 
 
 def verdicts(case: GearboxCase, out: Path) -> Verdicts:
-    """(quantity, preset) → verdict."""
-    true = truth(computed(case, "reference", out))
+    """(quantity, preset) → verdict; a case with `auto` is judged by the model with all options."""
+    true = truth(computed(everything(case), "reference", out))
     found = {}
     for preset in JUDGED:
         result = computed(case, preset, out)
         found |= {(quantity, preset): judged(BANDS[quantity](result), true[quantity]) for quantity in QUANTITIES}
     return found
+
+
+def everything(case: GearboxCase) -> GearboxCase:
+    """The case with all options that it leaves open and that it can have."""
+    if not case.options.undecided:
+        return case
+    estimates = modelled(case, PRESETS["reference"]).options
+    switched = {each.option: ON[each.option] if not each.note else OFF[each.option] for each in estimates}
+    return replace(case, name=f"{case.name} with all options", options=replace(case.options, **switched))
 
 
 def truth(result: Result) -> dict[str, ErrorBand]:
@@ -274,7 +285,12 @@ def numerical_limits(cases: Sequence[GearboxCase], preset: str, out: Path) -> di
 def main() -> None:
     """Run, judge, write."""
     out, names = Path(sys.argv[1]), sys.argv[2:]
-    for mode, kind, cases in (("options", "with options", options), ("far", "far from the others", far)):
+    modes = (
+        ("options", "with options", options),
+        ("far", "far from the others", far),
+        ("auto", "whose options decide themselves", undecided),
+    )
+    for mode, kind, cases in modes:
         if names == [mode]:
             found = {case.name: verdicts(case, out) for case in cases()}
             publish(f"chain/error_band_{mode}", "\n".join(tables({kind: found})) + "\n")

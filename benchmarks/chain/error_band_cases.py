@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import nvhchain as nvh
-from nvhchain.case import FieldPoint, GearboxCase, Ramp
+from nvhchain.case import FieldPoint, GearboxCase, Options, Ramp
 from nvhchain.conventions import STEEL
 from nvhchain.gear import Flank, Holes, MicroGeometry, Misalignment, Relief, Slots, ThinRim
 from nvhchain.handoff import RigidPlane
@@ -159,6 +159,21 @@ def far() -> Iterator[GearboxCase]:
     yield at(replace(base, field_points=beside), "very near 1550", 1550)
     for name, high in (("band to 2000", 2000.0), ("band to 6000", 6000.0)):
         yield at(replace(base, band=replace(base.band, high=high)), name, 1900)
+
+
+def undecided() -> Iterator[GearboxCase]:
+    """Gearboxes that leave their options to the program: strong shuttling, soft shafts and a thin web, at two speeds
+    each."""
+    base = replace(loaded("small/single_stage.toml"), options=Options())
+    shuttling = with_gears(base, teeth=(26, 38), module=1.8e-3, helix=33.0, width=0.03)
+    thin = (replace(each, outer_diameter=0.016) for shaft in base.shafts for each in shaft.segments[:1])
+    soft = tuple(replace(shaft, segments=(each,)) for shaft, each in zip(base.shafts, thin, strict=True))
+    bored = tuple(replace(gear, geometry=replace(gear.geometry, bore_radius=0.0081)) for gear in base.gears)
+    web = with_blank(base, ThinRim(0.0035, 0.021, 0.0335))
+    kinds = {"wide helical gears": shuttling, "soft shafts": replace(base, shafts=soft, gears=bored), "thin web": web}
+    for name, case in kinds.items():
+        for rpm in (1450, 2300):
+            yield at(case, f"{name} {rpm}", rpm)
 
 
 def run_ups() -> Iterator[GearboxCase]:

@@ -12,19 +12,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nvhchain.case import GearboxCase
-from nvhchain.dynamics import flank_transfers
+from nvhchain.dynamics import Gearbox, LoadCentre, MeshFriction, flank_transfers
 from nvhchain.error_band.housing import shifted
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import ComplexArray, ForceSpectrum, MeshLaw, ReducedHousing
 from nvhchain.handoff.forces import force_and_moment
+
+ALIKE = 1e-6
+"""Ratio of singular values below which forces of meshes count as one: friction often acts as the flanks do."""
 
 
 @dataclass(frozen=True, eq=False)
 class ForceChange:
     """Change of bearing forces from matrices in the order of `names`.
 
-    away : (n_f, motions · n_bearing, n_mesh) force on the bearings per force between flanks (N/N).
-    flanks : (n_f, n_mesh, motions · n_bearing) force between the flanks per force on the bearings (N/N).
+    away : (n_f, motions · n_bearing, n_source) force on the bearings per force of the meshes (N/N).
+    flanks : (n_f, n_source, motions · n_bearing) force of the meshes per force on the bearings (N/N).
     names : names of the bearings.
     """
 
@@ -45,10 +48,10 @@ def force_change(
 ) -> ForceChange:
     """Return the change of bearing forces if every mode is lowered or raised by the estimated error of its frequency.
 
-    The forces between the flanks stay. They are found from the bearing forces by least squares, in the gearbox
-    linearised at its mean load. The moved housing transmits them to the bearings in another way; each line takes the
-    direction that changes more. The change is zero without `mesh_laws`, with a rigid housing, and for a housing without
-    an estimate.
+    The forces of the meshes stay: between the flanks, of friction, and by the place of the load. They are found from
+    the bearing forces by least squares, in the gearbox linearised at its mean load. The moved housing transmits them to
+    the bearings in another way; each line takes the direction that changes more. The change is zero without
+    `mesh_laws`, with a rigid housing, and for a housing without an estimate.
     """
     soft, stiff = shifted(housing, -1.0), shifted(housing, 1.0)
     moved = [] if soft is None or stiff is None else [soft, stiff]
@@ -72,7 +75,7 @@ def force_changes(
     """Return the change of bearing forces in each of some housings, as of `force_change`; empty where there is none."""
     if not moved or not mesh_laws or case.options.rigid_housing:
         return []
-    gearbox = case.gearbox_on_rigid_seats
+    gearbox = _pushed(case, mesh_laws)
     here, *there = flank_transfers(
         gearbox,
         mesh_laws,
@@ -82,5 +85,25 @@ def force_changes(
         input_speed=forces.input_speed,
         fidelity=fidelity.dynamics,
     )
-    names, back = tuple(bearing.name for bearing in gearbox.bearings), np.asarray(np.linalg.pinv(here))
+    names, back = tuple(bearing.name for bearing in gearbox.bearings), np.asarray(np.linalg.pinv(here, rcond=ALIKE))
     return [ForceChange(each - here, back, names) for each in there]
+
+
+def _pushed(case: GearboxCase, mesh_laws: Sequence[MeshLaw]) -> Gearbox:
+    """Return the gearbox with the friction and load centres of its options: places and directions, without their sizes.
+
+    Points that follow a tilt carry unevenly, which is a moment about mid-width as that of a load centre.
+    """
+    gearbox, options, none = case.gearbox_on_rigid_seats, case.options, np.zeros(1)
+    moment = options.models("shuttling") or (options.models("tilt") and case.operation.input_torque > 0.0)
+    meshes = tuple(
+        replace(
+            mesh,
+            friction=MeshFriction(options.coefficient, law.period, none, none, none)
+            if options.models("friction")
+            else None,
+            load_centre=LoadCentre(law.period, none, none) if moment else None,
+        )
+        for mesh, law in zip(gearbox.meshes, mesh_laws, strict=True)
+    )
+    return replace(gearbox, meshes=meshes)

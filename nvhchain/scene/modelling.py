@@ -5,7 +5,7 @@ This is the only place where they are decided. docs/decisions/0017-options-decid
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -23,6 +23,12 @@ from nvhchain.scene.linear_level import NO_ERROR, LinearGearbox, OrderError, lev
 
 DECIMALS = 3
 """Decimal digits of estimates (dB). Rounding of another machine then decides alike."""
+
+NEGLIGIBLE = 0.1
+"""Share of the tolerance below which an option is excluded that takes next to no time."""
+
+_QUICK = ("friction", "shuttling", "tilt", "flexible_shafts", "gyroscopic")
+"""Options that take less than a second at a constant speed; others need further laws or finite elements."""
 
 IMPOSSIBLE = "cannot be modelled"
 """Begin of the note of an option that the case does not allow."""
@@ -180,7 +186,8 @@ def modelled(case: GearboxCase, fidelity: Fidelity) -> Modelling:
     Returns case without `auto`, and the estimate of every option.
 
     The start is the model with all open options. Of these, the one with the smallest effect is excluded, and again, as
-    long as the spectrum stays within the tolerance of the start. What is excluded in all is therefore below it.
+    long as the spectrum stays within the tolerance of the start. What is excluded in all is therefore below it. A tenth
+    of the tolerance counts for an option that takes next to no time, since it would widen the limits for nothing.
     """
     return _modelled(case, fidelity.option_tolerance_db)
 
@@ -234,7 +241,7 @@ def _needed(
     for load in (case.operation.input_torque,) if torques is None else torques:
         with suppress(InputError):  # a state that the case refuses has no level
             state = replace(case, operation=replace(case.operation, input_torque=float(load)))
-            found.append(_chosen(_Estimates(state, speeds), tolerance)[0])
+            found.append(_chosen(_Estimates(state, speeds), tolerance, _quick(case))[0])
     return tuple(found)
 
 
@@ -249,33 +256,42 @@ def _alike(case: GearboxCase, common: Mapping[str, Any], source: Mapping[str, st
 @lru_cache(maxsize=256)
 def _modelled(case: GearboxCase, tolerance: float) -> Modelling:
     linear = _estimates(case)
-    chosen, full = _chosen(linear, tolerance)
+    chosen, full = _chosen(linear, tolerance, _quick(case))
     return _described(linear, chosen, full, tolerance, dict.fromkeys(case.options.undecided, AUTO))
 
 
-def _chosen(linear: _Estimates, tolerance: float) -> tuple[Options, Options]:
+def _chosen(linear: _Estimates, tolerance: float, quick: Collection[str] = ()) -> tuple[Options, Options]:
     """Return the options that are modelled, and all that could be.
 
-    Options may hide each other: one that exceeds the tolerance on top of those that remain comes back.
+    quick: options that take next to no time, which are excluded only if they hardly act.
+
+    Options may hide each other: one that exceeds its tolerance on top of those that remain comes back.
     """
     names = linear.open
+    limit = {name: tolerance * (NEGLIGIBLE if name in quick else 1.0) for name in names}
     left = list(names)
     full = chosen = linear.plain(**_switched_on(left))
     while left:
         reduced = {name: chosen.switched(name, modelled=False) for name in left}
         far = {name: linear.distance(options, full) for name, options in reduced.items()}
-        name = min(left, key=lambda each: (far[each], each))
-        if far[name] > tolerance:
+        small = [name for name in left if far[name] <= limit[name]]
+        if not small:
             break
+        name = min(small, key=lambda each: (far[each], each))
         left.remove(name)
         chosen = reduced[name]
     while outside := [name for name in names if not chosen.models(name)]:
         far = {name: linear.distance(chosen, chosen.switched(name, modelled=True)) for name in outside}
-        name = max(outside, key=lambda each: (far[each], each))
-        if max(far[name], linear.distance(chosen, full)) <= tolerance:
+        name = max(outside, key=lambda each: (far[each] / limit[each], each))
+        if far[name] <= limit[name] and linear.distance(chosen, full) <= tolerance:
             break
         chosen = chosen.switched(name, modelled=True)
     return chosen, full
+
+
+def _quick(case: GearboxCase) -> tuple[str, ...]:
+    """Return the options that take next to no time; none in a run-up, or over whole turns of gears with deviations."""
+    return _QUICK if case.ramp is None and not any(case.deviations) else ()
 
 
 def _described(

@@ -18,7 +18,7 @@ from nvhchain.acoustics import (
 from nvhchain.acoustics.accuracy.radiation_levels import level_accuracy
 from nvhchain.case import FieldPoint, RadiatorCase, Ramp, Sphere
 from nvhchain.chain.result import Result
-from nvhchain.dynamics import bearing_forces
+from nvhchain.dynamics import LoadCentre, MeshFriction, bearing_forces
 from nvhchain.error_band import (
     COVERAGE,
     Origin,
@@ -163,14 +163,25 @@ def test_error_of_forces_and_velocity_follow_what_the_gears_and_the_housing_leav
     )
 
 
-def test_forces_change_as_they_do_in_a_run_with_the_housing_that_moves_them_more(case, housing):
-    """Against time integration, with a law whose stiffness is constant."""
-    laws = [mesh_law([1e-6, 1e-6, 1e-6])]
+@pytest.mark.parametrize("options", [{}, {"friction": 0.05, "shuttling": True}])
+def test_forces_change_as_they_do_in_a_run_with_the_housing_that_moves_them_more(case, housing, options):
+    """Against time integration, with a law whose stiffness is constant.
+
+    Friction and moving loads are forces of the meshes, too: without them limits of levels were up to 8 dB too wide.
+    """
+    laws, case = [mesh_law([1e-6, 1e-6, 1e-6])], replace(case, options=replace(case.options, **options))
+    gearbox = case.gearbox_with_gears
+    if options:
+        angle, period = laws[0].angle, laws[0].period
+        turned = 2.0 * np.pi * angle / period
+        friction = MeshFriction(0.05, period, angle, 0.7 * np.sin(turned) + 0.3, 0.004 * np.cos(2.0 * turned))
+        centre = LoadCentre(period, angle, 0.002 * np.sin(turned) + 0.001 * np.cos(3.0 * turned))
+        gearbox = replace(gearbox, meshes=(replace(gearbox.meshes[0], friction=friction, load_centre=centre),))
     fidelity = replace(DRAFT, dynamics=replace(DRAFT.dynamics, time_step=5e-6, settle_level=1e-8))
     asked = {"input_speed": 188.5, "input_torque": 60.0, "duration": 1 / 30, "f_max": 2000.0}
     of, *given = (
         force_spectrum(
-            bearing_forces(case.gearbox_with_gears, laws, each, **asked, fidelity=fidelity.dynamics),
+            bearing_forces(gearbox, laws, each, **asked, fidelity=fidelity.dynamics),
             low=100.0,
             high=2000.0,
         )

@@ -42,7 +42,7 @@ def test_the_largest_part_stands_first(factor, first):
 def test_what_is_left_out_is_a_part_with_twice_its_estimate():
     """An eighth of the amplitude is left out: limits count 25 %, 1.9 dB up and 2.5 dB down."""
     case = small_gearbox()
-    case = replace(case, options=replace(case.options, friction="auto", gyroscopic="auto"))
+    case = replace(case, options=replace(case.options, loaded_misalignment="auto", gyroscopic="auto"))
     decision = modelled(case, nvh.DRAFT)
     assert decision.excluded_error.mean > 0.0
 

@@ -1,4 +1,4 @@
-"""Gearbox linearised at its mean load: bearing forces per alternating force between the flanks."""
+"""Gearbox linearised at its mean load: bearing forces per alternating force of the meshes."""
 
 from __future__ import annotations
 
@@ -37,14 +37,17 @@ def flank_transfers(
     input_speed: float,
     fidelity: DynamicsFidelity,
 ) -> ComplexArray:
-    """Return the forces on each of some housings per force between the flanks of each mesh.
+    """Return the forces on each of some housings per force of the meshes.
+
+    These are one between the flanks of each mesh, and then its friction and shuttling, if it has them: force and moment
+    of friction, moment of the load about mid-width.
 
     mesh_laws: one law per mesh, in the gearbox's order.
     housings: housings that differ by their natural frequencies alone.
     frequency (n_f,): frequencies (Hz).
     input_torque: mean torque along the input's rotation (N m).
     input_speed: speed of the input (rad/s), for gyroscopic terms if `gearbox.gyroscopic`.
-    Returns (n_housing, n_f, motions · n_bearing, n_mesh) complex array: transfer functions (N/N).
+    Returns (n_housing, n_f, motions · n_bearing, n_source) complex array: transfer functions (N/N).
 
     Meshes are springs of the mean slope of their laws. The housing meets the shafts at its seats alone: with other
     natural frequencies their compliance differs by ΔG, and the bearing forces become (1 + S ΔG)⁻¹ f. S are the bearing
@@ -58,15 +61,16 @@ def flank_transfers(
     pairs = np.arange(len(assembly.mesh))
     carrying = assembly.contact[2 * pairs + (nominal[assembly.mesh] < 0.0)]
     shares = np.where(assembly.mesh == np.arange(len(mesh_laws))[:, None], assembly.share, 0.0)
+    pushes = np.vstack([shares @ carrying, assembly.contact[2 * pairs[assembly.share == 0.0]]])
     modes = modal_form(assembly, mean_stiffness(assembly, table, nominal))
     seats, turning = assembly.bearing_map, 2j * np.pi * frequency[:, None]
-    modal_input = modes.input @ np.hstack([-(shares @ carrying).T, seats.T])
+    modal_input = modes.input @ np.hstack([-pushes.T, seats.T])
     residues = ((seats @ modes.displacement).T[:, :, None] * modal_input[:, None, :]).reshape(len(modal_input), -1)
     # Re(out z) is half of the sum over z and its conjugate
     moved = 0.5 / (turning - modes.eigenvalue) @ residues + 0.5 / (turning - modes.eigenvalue.conj()) @ residues.conj()
     springs = assembly.bearings.stiffness + turning[..., None] * assembly.bearings.damping
     force = springs @ moved.reshape(len(frequency), len(seats), -1)
-    own, held = force[..., : len(mesh_laws)], springs - force[..., len(mesh_laws) :] @ springs
+    own, held = force[..., : len(pushes)], springs - force[..., len(pushes) :] @ springs
     shapes = assembly.seat_shapes
     pairs_of_seats = (shapes[:, None, :] * shapes[None, :, :]).reshape(-1, shapes.shape[1]).T
     still, *others = (housing.receptance(frequency, structural=False) for housing in housings)

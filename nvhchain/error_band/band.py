@@ -211,6 +211,7 @@ NUMERICAL = {
     "quadrature": "acoustics",
     "masters": "acoustics",
     "time step": "dynamics",
+    "contact loss": "dynamics",
     "settling": "dynamics",
 }
 """Source of numerical error → part of the fidelity whose knobs decide it."""

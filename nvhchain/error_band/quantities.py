@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
     FieldPressure,
     FloatArray,
+    ForceAccuracy,
     ForceSpectrum,
     IntArray,
     MeshLaw,
@@ -48,6 +49,7 @@ class Origin:
     force_spectrum: bearing forces that the velocity was computed from.
     mesh_laws: laws that the forces were computed from.
     laws_are_exact: True if `mesh_laws` were supplied to the run.
+    force_accuracy: what the forces state, such as contact loss.
 
     An omitted hand-off counts as exact, as it was supplied to the run or does not exist. Omit `mesh_laws` if the forces
     were supplied; omit `housing` and `force_spectrum` if the velocity was supplied.
@@ -59,6 +61,7 @@ class Origin:
     force_spectrum: ForceSpectrum | None = None
     mesh_laws: Sequence[MeshLaw] = ()
     laws_are_exact: bool = False
+    force_accuracy: ForceAccuracy = field(default_factory=ForceAccuracy)
 
 
 HEARD = 80.0
@@ -301,7 +304,12 @@ def force_sources(
             force = np.linalg.norm(_forces_at_lines(spectrum, lines).force, axis=(1, 2))
             reach = float(max(case.mesh_orders.values()))
             gear["gear"] = stated.relative_of(orders, force, reach)[:, None]
-    return gear | {
+    loss, steady = origin.force_accuracy, not np.any(width)
+    lost = {}
+    if loss.parted_error:
+        error = loss.parted_error if steady or loss.parts_at(input_speed) else 0.0
+        lost["contact loss"] = np.full((len(lines), 1), error)
+    return (gear | lost) | {
         "time step": step_error(lines, fidelity.dynamics.time_step),
         "settling": floor / np.where(size > 0, size, 1.0),
     }

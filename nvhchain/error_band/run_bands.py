@@ -10,6 +10,7 @@ from nvhchain.case.operation import Quantity
 from nvhchain.error_band.band import ErrorBand
 from nvhchain.error_band.quantities import Origin, error_band, force_band, power_band, velocity_band
 from nvhchain.error_band.run_up import RunUpBand, run_up_band, run_up_force_band
+from nvhchain.handoff import ForceAccuracy
 
 if TYPE_CHECKING:
     from nvhchain.chain.result import Result
@@ -63,6 +64,7 @@ def _origin(run: Result) -> Origin:
         force_spectrum=run.force_spectrum,
         mesh_laws=() if given else run.mesh_laws,
         laws_are_exact="mesh_laws" in run.supplied,
+        force_accuracy=ForceAccuracy() if given or run.bearing_forces is None else run.bearing_forces.accuracy,
     )
 
 

@@ -31,6 +31,9 @@ LINES = 800
 MAIN_LOBE = 2.0
 """Lines on either side of a wave's own line over which a Hann window spreads it."""
 
+JUMP_AT_END = 1e-3
+"""Share of the range of speeds at its ends in which contact loss is no jump but begins or ends with the record."""
+
 
 @dataclass(frozen=True, eq=False)
 class RunUpBand:
@@ -170,12 +173,13 @@ def run_up_force_band(origin: Origin, bearing_forces: BearingForces) -> RunUpBan
     if housing is not None:
         change = force_change(case, origin.fidelity, housing, origin.mesh_laws, _middle(instants))
     bands = tuple(force_band(origin, instant.spectrum, width=instant.width, change=change) for instant in instants)
-    return RunUpBand(
+    found = RunUpBand(
         _speeds(case, bearing_forces),
         np.array([band.level for band in bands]),
         np.array([b.overall for b in bands]),
         bands,
     )
+    return _opened_at_jumps(found, origin, bearing_forces.input_speed)
 
 
 def run_up_band(
@@ -222,7 +226,29 @@ def run_up_band(
     rate = (len(history.time) - 1) / float(history.time[-1] - history.time[0])
     level = np.array([levels.equivalent(part, sample_rate=rate) for part in parts])
     limits = level[:, :, None] + np.array([band.overall - band.level[:, None] for band in bands])
-    return RunUpBand(_speeds(case, bearing_forces), level, limits, tuple(bands))
+    found = RunUpBand(_speeds(case, bearing_forces), level, limits, tuple(bands))
+    return _opened_at_jumps(found, origin, bearing_forces.input_speed)
+
+
+def _opened_at_jumps(band: RunUpBand, origin: Origin, input_speed: FloatArray) -> RunUpBand:
+    """Return the band in which parts where flanks begin or cease to part have the limits of their neighbours, too.
+
+    input_speed (n_t,): speed of the record (rad/s).
+
+    Levels jump there, at a speed that depends on all errors at once; half a part on either side counts.
+    """
+    slowest, fastest = float(input_speed.min()), float(input_speed.max())
+    margin = JUMP_AT_END * (fastest - slowest)
+    ends = {end for _, _, *both in origin.force_accuracy.contact_losses() for end in both}
+    jumps = [end for end in ends if slowest + margin < end < fastest - margin]
+    limits = band.limits.copy()
+    for number, part in enumerate(np.array_split(input_speed, len(limits))):
+        low, high = float(part.min()), float(part.max())
+        reach = 0.5 * (high - low)
+        if any(low - reach <= jump <= high + reach for jump in jumps):
+            near = band.limits[max(0, number - 1) : number + 2]
+            limits[number] = np.stack([near[..., 0].min(axis=0), near[..., 1].max(axis=0)], axis=-1)
+    return replace(band, limits=limits)
 
 
 def _middle(instants: Sequence[_Instant]) -> ForceSpectrum:

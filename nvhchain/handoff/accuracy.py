@@ -121,6 +121,10 @@ class ForceAccuracy(Accuracy):
         columns = (column.tolist() for column in (time, *speeds))
         return list(zip(map(str, self.parted or ()), *columns, strict=True))
 
+    def parts_at(self, input_speed: float) -> bool:
+        """Return True where flanks part at a speed of the input (rad/s)."""
+        return any(lowest <= input_speed <= highest for _, _, lowest, highest in self.contact_losses())
+
     def doubts(self) -> Iterator[Doubt]:
         """Yield warnings of meshes beyond their laws, and of contact loss under long steps."""
         ends = (self.lowest_deflection, self.highest_deflection, self.table_lowest, self.table_highest)

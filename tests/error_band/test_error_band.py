@@ -27,13 +27,15 @@ from nvhchain.error_band import (
     power_band,
     velocity_band,
 )
+from nvhchain.error_band.band import remedy
 from nvhchain.error_band.gears import AMPLIFICATION, contact_error
 from nvhchain.error_band.housing import bearing_velocity, shifted
 from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.error_band.resonances import force_change
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
-from nvhchain.handoff import ForceSpectrum, HousingAccuracy, PressureHistory, SoundAccuracy
+from nvhchain.handoff import ForceAccuracy, ForceSpectrum, HousingAccuracy, PressureHistory, SoundAccuracy
+from nvhchain.handoff.declared import Label
 from nvhchain.housing import respond, truncation_errors
 from nvhchain.levels import decibel, overall_power, power_level
 from nvhchain.report.summary import limits
@@ -196,6 +198,14 @@ def test_forces_change_as_they_do_in_a_run_with_the_housing_that_moves_them_more
     assert set(size.argmax(axis=0)) == {0, 1}
     assert (off.min(axis=0) < 1e-5 * size.max(axis=0)).all()
     assert (off.argmin(axis=0) == size.argmax(axis=0)).all()
+
+
+def test_a_steady_state_that_loses_contact_errs_by_it(case, housing, meshing):
+    forces, laws = meshing[3], [mesh_law([1e-6, 1e-7])]
+    stated = ForceAccuracy(parted=(Label("A–B"),), parted_time=np.array([0.1]), parted_error=0.05)
+    band = force_band(Origin(case, DRAFT, housing=housing, mesh_laws=laws, force_accuracy=stated), forces)
+    assert (band.sources["contact loss"] >= 0.05 * band.amplitude).all()
+    assert "dynamics" in remedy("contact loss")
 
 
 def test_ready_made_laws_are_exact_and_what_is_made_of_them_is_not(case, housing, meshing):

@@ -26,7 +26,8 @@ from nvhchain.error_band import (
 )
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
-from nvhchain.handoff import ForceSpectrum
+from nvhchain.handoff import ForceAccuracy, ForceSpectrum
+from nvhchain.handoff.declared import Label
 from nvhchain.housing import respond
 from nvhchain.levels import decibel
 from nvhchain.testing import ball_with_modes
@@ -139,6 +140,37 @@ def test_forces_of_a_run_up_have_their_level_and_band_at_every_speed(case, housi
     assert max(relative) < 0.05
     exact = run_up_force_band(Origin(case, DRAFT), rising)
     assert exact.overall[0] == pytest.approx([exact.level[0]] * 2)
+
+
+def test_parts_with_contact_loss_err_by_it_and_those_where_it_begins_or_ends_may_have_the_level_of_their_neighbours(
+    case, housing, rising
+):
+    """A run-down was 23 dB off, with limits of 3 dB, in the one part where flanks met again."""
+    laws = [mesh_law([1e-6, 1e-7])]
+    whole = run_up_force_band(Origin(case, DRAFT, housing=housing, mesh_laws=laws), rising)
+    begin, end = 0.5 * (whole.input_speed[6] + whole.input_speed[7]), 2.0 * rising.input_speed.max()
+
+    def lost(highest):
+        stated = ForceAccuracy(
+            parted=(Label("A–B"),),
+            parted_time=np.array([0.1]),
+            parted_error=0.05,
+            parted_lowest_speed=np.array([begin]),
+            parted_highest_speed=np.array([highest]),
+        )
+        return run_up_force_band(Origin(case, DRAFT, housing=housing, mesh_laws=laws, force_accuracy=stated), rising)
+
+    made = lost(end)
+    errors = np.array([band.sources["contact loss"].max() / band.amplitude.max() for band in made.bands])
+    assert errors == pytest.approx(np.where(made.input_speed > begin, 0.05, 0.0))
+    low, high = np.moveaxis(made.limits, 2, 0)
+    for part in (6, 7):
+        for of, extreme in ((low, np.min), (high, np.max)):
+            around = [band.overall[:, int(of is high)] for band in made.bands[part - 1 : part + 2]]
+            assert of[part] == pytest.approx(extreme(around, axis=0))
+    for part in (0, 4, 9, 19):
+        assert made.limits[part] == pytest.approx(made.bands[part].overall)
+    assert lost(rising.input_speed.max()).limits[19] == pytest.approx(made.limits[19])
 
 
 def test_the_widest_part_is_the_one_that_moves_the_whole_most():

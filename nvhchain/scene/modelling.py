@@ -33,6 +33,9 @@ _QUICK = ("friction", "shuttling", "tilt", "flexible_shafts", "gyroscopic")
 IMPOSSIBLE = "cannot be modelled"
 """Begin of the note of an option that the case does not allow."""
 
+UNKNOWN = "no estimate"
+"""Begin of the note of an option whose effect nobody knows before the run."""
+
 
 @dataclass(frozen=True)
 class OptionEstimate:
@@ -116,10 +119,15 @@ class Modelling:
         found = []
         if auto:
             on = ", ".join(f"{each.option} {number_text(each.level_db, '+.1f')} dB" for each in auto if each.modelled)
-            never = [each.option for each in auto if each.note.startswith(IMPOSSIBLE)]
-            off = ", ".join(each.option for each in auto if not each.modelled and each.option not in never)
+            never, unknown = (
+                [each.option for each in auto if each.note.startswith(begin)] for begin in (IMPOSSIBLE, UNKNOWN)
+            )
+            off = ", ".join(each.option for each in auto if not each.modelled and each.option not in never + unknown)
             parts = [f"modelled: {on or 'no option'}"]
             parts += [f"excluded: {off}, in all {number_text(self.excluded_db, '+.1f')} dB"] if off else []
+            parts += (
+                [f"excluded with {UNKNOWN}, which no limits count: {', '.join(unknown)} (see plan)"] if unknown else []
+            )
             parts += [f"{IMPOSSIBLE}: {', '.join(never)} (see plan)"] if never else []
             found.append("; ".join(parts))
         return (*found, *(each.line(self.tolerance_db) for each in self.disputed))
@@ -361,7 +369,7 @@ class _Estimates:
     def _refused(self, name: str) -> str:
         torque = self.case.operation.input_torque
         if torque == 0.0:
-            return "no estimate, since idle gears have no mean load"
+            return f"{UNKNOWN}, since idle gears have no mean load"
         if torque < 0.0 and name in LOADED:
             return f"acts on drive flanks under load, but input_torque = {torque:g} N m"
         if name == "gear_body_modes" and not self._linear.gear_bodies:
@@ -374,7 +382,7 @@ class _Estimates:
                 self.power(self.plain(**_switched_on([*others, name])))
         except InputError as error:
             return f"{IMPOSSIBLE}: {error}"
-        return "" if float(np.sum(power)) > 0.0 else "no estimate, since no mesh order lies in the band"
+        return "" if float(np.sum(power)) > 0.0 else f"{UNKNOWN}, since no mesh order lies in the band"
 
     def change(self, before: Options, after: Options) -> float:
         return self._compared(level_change, before, after)

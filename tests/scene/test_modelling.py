@@ -13,7 +13,7 @@ from nvhchain.case import AUTO, DECIDABLE, PLAIN, Options, Ramp
 from nvhchain.errors import InputError
 from nvhchain.scene import Scene, decided, linear_level, modelled, modelled_alike
 from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
-from nvhchain.scene.modelling import NEGLIGIBLE, _chosen
+from nvhchain.scene.modelling import NEGLIGIBLE, UNKNOWN, Modelling, OptionEstimate, _chosen
 
 OPEN = Options()
 
@@ -298,3 +298,14 @@ def test_the_gearbox_of_the_thesis_decides_all_its_options(request):
     found = {each.option: each for each in modelled(case, nvh.DRAFT).options}
     assert [found[name].note for name in names] == [""] * 4
     assert found["flexible_shafts"].modelled
+
+
+def test_options_without_an_estimate_are_not_counted_as_no_decibels(small):
+    """A gearbox that idles said that all that it leaves out makes 0.0 dB."""
+    found = (
+        OptionEstimate("friction", AUTO, modelled=False, note=f"{UNKNOWN}, since idle gears have no mean load"),
+        OptionEstimate("tilt", AUTO, modelled=False, level_db=0.1),
+    )
+    (told,) = Modelling(small, 1.5, found, excluded_db=0.1).sentences
+    assert "excluded: tilt, in all +0.1 dB" in told
+    assert "excluded with no estimate, which no limits count: friction" in told

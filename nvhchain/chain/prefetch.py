@@ -27,6 +27,7 @@ from nvhchain import gear
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps
 from nvhchain.chain.cached import cached_results
+from nvhchain.chain.loaded import gear_bodies
 from nvhchain.chain.running import Run
 from nvhchain.errors import InputError, SolverError, concerning
 from nvhchain.fidelity import Fidelity
@@ -243,6 +244,9 @@ def main() -> None:
                 runs[number].compliances[stage](lambda done, total: None)
             else:
                 steps.stage_ahead(runs[number], stage)
+        for run in runs:
+            if run.gearbox.options.models("gear_body_modes"):
+                gear_bodies(run.gearbox, fidelity.gear, run.shared)
         # an error recurs where the estimates are needed
         with suppress(InputError, SolverError), estimates_kept(operators):
             for case in unestimated:

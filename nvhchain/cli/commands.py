@@ -154,7 +154,7 @@ def _run_here(
     """Run a case in a folder that no other command uses."""
     from nvhchain import chain
     from nvhchain.chain.prefetch import operators_ahead
-    from nvhchain.error_band import ErrorBand, format_level, format_parts, remedy, save_error_bands
+    from nvhchain.error_band import format_level, limit_causes, save_error_bands
     from nvhchain.report import recorded_case, write_run
     from nvhchain.report.page.sections.lines.levels import UNITS
 
@@ -178,6 +178,8 @@ def _run_here(
             band = result.error_bands[quantity]
             most = int(band.level.argmax())
             show(f"{case.name}: {name} {format_level(band.level[most], unit, band.overall[most])}")
+            if quantity == "sound_power" or "pressure" not in result.error_bands:
+                show(f"Limits of the {name}{limit_causes(band, most)}")
     if result.radiation_efficiency is not None:
         efficiency = result.radiation_efficiency.efficiency
         show(f"{case.name}: radiation efficiency {efficiency.min():.3g}…{efficiency.max():.3g}")
@@ -187,16 +189,7 @@ def _run_here(
     if "pressure" in result.error_bands:
         for point, heard, limits in zip(case.field_points, result.overall, result.error_band.overall, strict=True):
             show(f"{case.name}: {format_level(heard, 'dB(A)', limits)} at {point.name}")
-        lines, widest = result.error_band, ""
-        if not isinstance(lines, ErrorBand):
-            widest, lines = (
-                f", widest at {30 / pi * lines.input_speed[lines.widest]:.0f} rpm",
-                lines.bands[lines.widest],
-            )
-        parts = [(source, float(share[0]), float(frequency[0])) for source, share, frequency in lines.parts]
-        causes = format_parts(parts)
-        told = "; ".join(filter(None, (causes, remedy(parts[0][0])))) if causes else "narrow"
-        show(f"Limits at {case.field_points[0].name}{widest}: {told}")
+        show(f"Limits at {case.field_points[0].name}{limit_causes(result.error_band, 0)}")
     show(f"Figures, sound and tables: {write_run(result, out, states, watcher)}")
     _show_assumptions(case)
     _show_each(result.modelling.sentences if result.modelling is not None else (), f"{case.name}: ")

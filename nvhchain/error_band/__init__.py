@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from nvhchain.error_band.files import save_error_bands
     from nvhchain.error_band.quantities import Origin, error_band, force_band, power_band, velocity_band
     from nvhchain.error_band.run_bands import BANDS, INHERITED
-    from nvhchain.error_band.run_up import RunUpBand, run_up_band, run_up_force_band
+    from nvhchain.error_band.run_up import RunUpBand, limit_causes, run_up_band, run_up_force_band
 else:
     __getattr__, __dir__ = deferred(__name__, __file__)
 

@@ -11,7 +11,7 @@ import numpy as np
 from nvhchain import acoustics, levels
 from nvhchain.case import GearboxCase
 from nvhchain.error_band import housing as modal
-from nvhchain.error_band.band import COVERAGE, ONE_CAUSE, SILENT_LEVEL, ErrorBand
+from nvhchain.error_band.band import COVERAGE, ONE_CAUSE, SILENT_LEVEL, ErrorBand, format_parts, remedy
 from nvhchain.error_band.quantities import MASTER_MARGIN, Origin, add_housing, force_band, force_sources, times
 from nvhchain.error_band.radiation import radiation_error
 from nvhchain.error_band.resonances import force_change, force_changes
@@ -144,6 +144,21 @@ class RunUpBand:
     def overall(self) -> FloatArray:
         """Limits (n_place, 2) of the level of the whole record, with all parts at theirs."""
         return _mean_energy(self.limits)
+
+
+def limit_causes(band: ErrorBand | RunUpBand, place: int) -> str:
+    """Return what widens the limits of a level most, and what narrows them, in words after their name.
+
+    place: number of the place.
+    Returns text such as ": 97 % from housing (most at 1667 Hz); a finer --fidelity or knobs of fidelity.housing narrow
+    it", or of a run-up ", widest at 2947 rpm: …".
+    """
+    where, lines = "", band
+    if isinstance(lines, RunUpBand):
+        where, lines = f", widest at {30 / np.pi * lines.input_speed[lines.widest]:.0f} rpm", lines.bands[lines.widest]
+    parts = [(source, float(share[place]), float(frequency[place])) for source, share, frequency in lines.parts]
+    causes = format_parts(parts)
+    return f"{where}: {'; '.join(filter(None, (causes, remedy(parts[0][0])))) if causes else 'narrow'}"
 
 
 def _mean_energy(level: FloatArray) -> FloatArray:

@@ -42,12 +42,12 @@ class Fidelity:
     dynamics: DynamicsFidelity
     housing: HousingFidelity
     acoustics: AcousticsFidelity
-    option_tolerance_db: float = 1.0
+    option_tolerance_db: float = 0.5
 
     def __post_init__(self) -> None:
         require(
             self.option_tolerance_db > 0.0,
-            f"option_tolerance_db = {self.option_tolerance_db:g} dB must be positive: presets have 0.5 to 1.5 dB",
+            f"option_tolerance_db = {self.option_tolerance_db:g} dB must be positive: presets have 0.25 to 0.75 dB",
         )
 
 
@@ -69,7 +69,7 @@ DRAFT = Fidelity(
     DynamicsFidelity(time_step=20e-6),
     HousingFidelity(element_size=0.016),
     AcousticsFidelity(elements_per_wavelength=3.0, masters=64, master_tolerance_db=0.5),
-    option_tolerance_db=1.5,
+    option_tolerance_db=0.75,
 )
 STANDARD = Fidelity(
     "standard",
@@ -110,6 +110,6 @@ REFERENCE = Fidelity(
         singular_order=5,
         coarsest_elements_per_wavelength=4.0,
     ),
-    option_tolerance_db=0.5,
+    option_tolerance_db=0.25,
 )
 PRESETS = {preset.name: preset for preset in (DRAFT, STANDARD, REFERENCE)}

@@ -187,8 +187,6 @@ def _compared(
         shared: dict[str, Any] = {"operators": out / OPERATORS, "executor": executor, "watcher": watcher}
         results = {case.name: chain.run(case, fidelity=fidelity, out=out / case.name, **shared) for case in cases}
         results = {name: replace(run, decision=decisions.get(name)) for name, run in results.items()}
-    for name, result in results.items():
-        record_modes(result.case, fidelity=fidelity, out=out / name, operators=out / OPERATORS)
     maps = {} if running_up else _maps(results, states, out, out / OPERATORS, watcher)
     return _written(results, out, maps, answered), results
 
@@ -212,6 +210,8 @@ def _written(
     summary = write_summary(results, out, sounds=write_sounds(results, out), maps=maps)
     if answered is not None:
         answered(summary)
+    for name, result in results.items():
+        record_modes(result.case, fidelity=result.fidelity, out=out / name, operators=out / OPERATORS)
     _draw(results, out)
     table = plots.difference_table(summary["configurations"])
     write_text(out / "differences.txt", table.text() + "\n")

@@ -28,7 +28,7 @@ MOST = 60
 HARMONICS = 3
 """Harmonics of every mesh in the Campbell diagram."""
 
-_SPEEDS = 13
+_SPEEDS = 9
 _TIMES_NOMINAL = 1.5
 
 

@@ -214,11 +214,15 @@ def limits(result: Result) -> dict[str, Any]:
     if "pressure" in result.error_bands:
         found = _sound_limits(result)
     others = {name: band for name, band in result.error_bands.items() if name != "pressure"}
-    found["other_quantities"] = {
-        name: {"level": float(band.level.max()), "limits": finite(band.overall[band.level.argmax()])}
-        for name, band in others.items()
-    }
+    found["other_quantities"] = {name: _other_limits(band) for name, band in others.items()}
     return found
+
+
+def _other_limits(band: ErrorBand | RunUpBand) -> dict[str, Any]:
+    most = int(band.level.argmax())
+    level, limits = float(band.level[most]), finite(band.overall[most])
+    lines = band.bands[band.widest] if isinstance(band, RunUpBand) else band
+    return {"level": level, "limits": limits, **_limit_parts(lines, most)}
 
 
 def _sound_limits(result: Result) -> dict[str, Any]:
@@ -248,11 +252,11 @@ def _sound_limits(result: Result) -> dict[str, Any]:
     return found | _limit_parts(band)
 
 
-def _limit_parts(band: ErrorBand) -> dict[str, Any]:
-    """Return the parts of the limits at the first place."""
+def _limit_parts(band: ErrorBand, place: int = 0) -> dict[str, Any]:
+    """Return the parts of the limits at a place."""
     return {
         "limit_parts": [
-            {"source": source, "share": float(share[0]), "frequency_hz": float(frequency[0])}
+            {"source": source, "share": float(share[place]), "frequency_hz": float(frequency[place])}
             for source, share, frequency in band.parts
         ]
     }

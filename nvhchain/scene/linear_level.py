@@ -51,6 +51,9 @@ MICRORADIAN = 6
 SAME_ORDER = 1e-6
 """Relative difference of orders that count as equal."""
 
+WEAK = 1e-4
+"""Power of a line over that of the strongest below which its change does not count."""
+
 ERROR_DECIMALS = 4
 """Decimal digits of relative errors."""
 
@@ -322,6 +325,20 @@ def spectral_distance(before: FloatArray, after: FloatArray) -> float:
     spectra. Lines count by their power.
     """
     return float(10.0 * np.log10(np.maximum(before, after).sum() / np.minimum(before, after).sum()))
+
+
+def largest_change(before: FloatArray, after: FloatArray) -> float:
+    """Return the largest change of the level of a line (dB), among lines within `WEAK` of the strongest.
+
+    before, after (n_speed, n_order): powers; lines are those of all speeds together.
+
+    It is the measure of narrow resonances: nobody knows how strongly walls radiate single lines before the housing is
+    solved.
+    """
+    first, second = before.sum(axis=0), after.sum(axis=0)
+    both = np.maximum(first, second)
+    heard = (np.minimum(first, second) > 0.0) & (both >= WEAK * both.max())
+    return float(np.abs(10.0 * np.log10(second[heard] / first[heard])).max(initial=0.0))
 
 
 @dataclass(frozen=True)

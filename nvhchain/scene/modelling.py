@@ -5,10 +5,10 @@ This is the only place where they are decided. docs/decisions/0017-options-decid
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -19,13 +19,23 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import FloatArray
 from nvhchain.levels import number_text
 from nvhchain.scene.body_modes import REACH
-from nvhchain.scene.linear_level import NO_ERROR, LinearGearbox, OrderError, level_change, spectral_distance
+from nvhchain.scene.linear_level import (
+    NO_ERROR,
+    LinearGearbox,
+    OrderError,
+    largest_change,
+    level_change,
+    spectral_distance,
+)
 
 DECIMALS = 3
 """Decimal digits of estimates (dB). Rounding of another machine then decides alike."""
 
-NEGLIGIBLE = 0.1
-"""Share of the tolerance below which an option is excluded that takes next to no time."""
+NEGLIGIBLE = 0.07
+"""Share of the tolerance below which an option is excluded that takes next to no time: 0.05 dB at `draft`."""
+
+_NARROW = ("gyroscopic", "gear_body_modes")
+"""Options that move narrow resonances: what they do to the whole level says little."""
 
 _QUICK = ("friction", "shuttling", "tilt", "flexible_shafts", "gyroscopic")
 """Options that take less than a second at a constant speed; others need further laws or finite elements."""
@@ -194,8 +204,8 @@ def modelled(case: GearboxCase, fidelity: Fidelity) -> Modelling:
     Returns case without `auto`, and the estimate of every option.
 
     The start is the model with all open options. Of these, the one with the smallest effect is excluded, and again, as
-    long as the spectrum stays within the tolerance of the start. What is excluded in all is therefore below it. A tenth
-    of the tolerance counts for an option that takes next to no time, since it would widen the limits for nothing.
+    long as the spectrum stays within the tolerance of the start. What is excluded in all is therefore below it. An
+    option that takes next to no time stays unless it hardly acts: excluded, it would widen the limits for nothing.
     """
     return _modelled(case, fidelity.option_tolerance_db)
 
@@ -281,7 +291,7 @@ def _chosen(linear: _Estimates, tolerance: float, quick: Collection[str] = ()) -
     full = chosen = linear.plain(**_switched_on(left))
     while left:
         reduced = {name: chosen.switched(name, modelled=False) for name in left}
-        far = {name: linear.distance(options, full) for name, options in reduced.items()}
+        far = {name: linear.effect(name, options, full) for name, options in reduced.items()}
         small = [name for name in left if far[name] <= limit[name]]
         if not small:
             break
@@ -289,10 +299,11 @@ def _chosen(linear: _Estimates, tolerance: float, quick: Collection[str] = ()) -
         left.remove(name)
         chosen = reduced[name]
     while outside := [name for name in names if not chosen.models(name)]:
-        far = {name: linear.distance(chosen, chosen.switched(name, modelled=True)) for name in outside}
-        name = max(outside, key=lambda each: (far[each] / limit[each], each))
-        if far[name] <= limit[name] and linear.distance(chosen, full) <= tolerance:
+        far = {name: linear.effect(name, chosen, chosen.switched(name, modelled=True)) for name in outside}
+        missed = [name for name in outside if far[name] > limit[name]]
+        if not missed and linear.distance(chosen, full) <= tolerance:
             break
+        name = max(missed or outside, key=lambda each: (far[each], each))
         chosen = chosen.switched(name, modelled=True)
     return chosen, full
 
@@ -313,7 +324,7 @@ def _described(
         excluded, included = (chosen.switched(name, modelled=value) for value in (False, True))
         if not note:
             try:
-                level, distance = linear.change(excluded, included), linear.distance(excluded, included)
+                level, distance = linear.change(excluded, included), linear.effect(name, excluded, included)
             except InputError as error:  # of an option that the case excludes, beside those chosen
                 note = f"{IMPOSSIBLE}: {error}"
         found.append(OptionEstimate(name, asked.get(name, stated), on, level, distance, note))
@@ -322,10 +333,13 @@ def _described(
     return Modelling(case, tolerance, tuple(found), left, far, linear.order_changes(chosen, full))
 
 
-def _farthest(before: FloatArray, after: FloatArray) -> float:
-    """Return the largest distance (dB) of spectra (n_speed, n_order) that are heard at all."""
+def _farthest(
+    before: FloatArray, after: FloatArray, measure: Callable[[FloatArray, FloatArray], float] = spectral_distance
+) -> float:
+    """Return the largest distance (dB), by a measure, of spectra (n_speed, n_order) that are heard at all."""
     heard = (before.sum(axis=1) > 0.0) & (after.sum(axis=1) > 0.0)
-    return max((spectral_distance(*each) for each in zip(before[heard], after[heard], strict=True)), default=0.0)
+    pairs = zip(before[heard, None], after[heard, None], strict=True)
+    return max((measure(*each) for each in pairs), default=0.0)
 
 
 @lru_cache(maxsize=16)
@@ -391,6 +405,13 @@ class _Estimates:
         """Return the distance of the spectra (dB); of steady speeds the largest."""
         return self._compared(_farthest if self._linear.steady else spectral_distance, before, after)
 
+    def effect(self, name: str, before: Options, after: Options) -> float:
+        """Return the effect of an option (dB): the distance of the spectra; of narrow resonances the largest change."""
+        if name not in _NARROW:
+            return self.distance(before, after)
+        measure = partial(_farthest, measure=largest_change) if self._linear.steady else largest_change
+        return max(self.distance(before, after), self._compared(measure, before, after))
+
     def order_changes(self, before: Options, after: Options) -> OrderError:
         """Return the relative change of amplitudes; of single orders at one speed alone."""
         mean = 10.0 ** (self.distance(before, after) / 20.0) - 1.0
@@ -399,6 +420,7 @@ class _Estimates:
         first, second = self.power(before)[0], self.power(after)[0]
         heard = np.maximum(first, second) > 0.0
         change = np.abs(np.sqrt(second[heard] / np.maximum(first[heard], 1e-300)) - 1.0)
+        change = np.maximum(change, mean)  # where an order's own estimate is small by chance
         return OrderError.rounded(self._linear.orders[heard], change, mean)
 
     def _compared(self, measure: Any, before: Options, after: Options) -> float:

@@ -30,7 +30,8 @@ def test_a_stiff_rim_on_a_thin_web_tilts_as_a_rigid_ring():
     assert lowest_frequency(heavy, STEEL) < lowest_frequency(thin, STEEL) < lowest_frequency(thick, STEEL)
 
 
-def test_gear_bodies_are_modelled_where_they_change_the_sound(request):
+def test_gear_bodies_are_modelled_where_they_change_a_line(request):
+    """Their resonances are narrow: nine decibels of the level came from one line, whose share no estimate knew."""
     small = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
     case = replace(small, options=replace(small.options, gear_body_modes="auto"))
     pinion, wheel = case.gears
@@ -38,9 +39,9 @@ def test_gear_bodies_are_modelled_where_they_change_the_sound(request):
     found = {name: modelled(each, nvh.DRAFT).options[-1] for name, each in (("solid", case), ("thin", thin))}
     assert found["solid"].note == "no gear body has modes up to 5600 Hz"
     assert not found["solid"].modelled
-    assert 0.5 < found["thin"].distance_db < 1.5
-    assert not found["thin"].modelled
+    assert abs(found["thin"].level_db) < 1.0 < 2.0 < found["thin"].distance_db
+    assert found["thin"].modelled
     (body,) = vibrating_bodies(thin)
     assert 1000 < body.modes.frequency.min() < lowest_frequency(gear_disc(wheel.body), STEEL)
-    strict = replace(nvh.DRAFT, option_tolerance_db=0.3)
-    assert modelled(thin, strict).case.options.gear_body_modes is True
+    loose = replace(nvh.DRAFT, option_tolerance_db=4.0)
+    assert modelled(thin, loose).case.options.gear_body_modes is False

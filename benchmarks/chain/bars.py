@@ -21,9 +21,11 @@ from typing import Any
 import psutil
 
 from benchmarks.publish import publish
+from nvhchain.case import DECIDABLE
 
 CASES = Path(__file__).parents[2] / "cases" / "gearbox"
 SOLID, SLOTTED = (str(CASES / f"{name}.toml") for name in ("solid", "slotted"))
+OPENED = [word for name in DECIDABLE for word in ("--set", f"options.{name}=auto")]
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,7 @@ BARS = (
     ),
     Bar("one of the designs alone, its steps cached", ("compare", SOLID), {"draft": 2.0, "standard": 2.0}),
     Bar("no change", ("compare", SOLID, SLOTTED), {"draft": 2.0, "standard": 2.0}),
+    Bar("first comparison, options left to the program", ("compare", SOLID, SLOTTED, *OPENED), {}, fresh=True),
 )
 COLD = Bar("first comparison, not compiled", BARS[0].words, {"draft": 75.0}, fresh=True)
 

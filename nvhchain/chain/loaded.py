@@ -112,8 +112,25 @@ def loaded_case(
     """Return the case with its stages misaligned by the tilt of the gears under load.
 
     The tilt is that of shafts, bearings and housing (None for rigid seats) under the nominal mesh forces. The teeth
-    oppose it with the moment of the load about mid-width (`balanced_tilts`).
+    oppose it with the moment of the load about mid-width (`balanced_tilts`). The latest cases are kept: a comparison
+    asks for each of them several times.
     """
+    key = case, fidelity, None if housing is None else housing.content_hash
+    if key not in _LOADED:
+        if len(_LOADED) >= _KEPT:
+            _LOADED.clear()
+        _LOADED[key] = _loaded(case, housing, fidelity, flanks)
+    return _LOADED[key]
+
+
+_KEPT = 16
+_LOADED: dict[tuple[GearboxCase, Fidelity, str | None], GearboxCase] = {}
+"""Case, fidelity and hash of the housing → the case under load."""
+
+
+def _loaded(
+    case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity, flanks: Sequence[Compliances]
+) -> GearboxCase:
     tilts = _tilts(case, housing, fidelity)
     forces = opposing_forces(case)
     knobs = replace(fidelity.gear, angles_per_mesh=ANGLES, slices=min(SLICES, fidelity.gear.slices))

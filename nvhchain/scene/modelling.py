@@ -37,8 +37,8 @@ NEGLIGIBLE = 0.07
 _NARROW = ("gyroscopic", "gear_body_modes")
 """Options that move narrow resonances: what they do to the whole level says little."""
 
-_QUICK = ("friction", "shuttling", "tilt", "flexible_shafts", "gyroscopic")
-"""Options that take less than a second at a constant speed; others need further laws or finite elements."""
+_QUICK = tuple(name for name in DECIDABLE if name != "gear_body_modes")
+"""Options that take less than a second at a constant speed; gear bodies need finite elements of their own."""
 
 IMPOSSIBLE = "cannot be modelled"
 """Begin of the note of an option that the case does not allow."""

@@ -20,6 +20,7 @@ MEANINGS = {
     "quadrature": "integration over the surface elements",
     "cancellation": "parts of the motion that cancel each other",
     "time step": "time step of the dynamics",
+    "contact loss": "time step of the dynamics where flanks part and strike",
     "excluded options": "options of the dynamics whose estimated effect is below the tolerance of the fidelity",
     "input: bearing stiffness": "spread of the bearings' stiffness that the case states",
     "input: damping": "spread of the damping of bearings and shafts that the case states",

@@ -232,6 +232,22 @@ def octave_bands(
 
 
 @checked
+def record_bands(signal: FloatArray, *, sample_rate: float, fraction: int = 3, weighted: bool = False) -> OctaveBands:
+    """Return the levels of octaves, third octaves or other parts of a record, from its mean square in them.
+
+    signal (n_t, …): sound pressure (Pa).
+    sample_rate: sampling rate (Hz).
+    fraction: bands in an octave, 1 to 48.
+    Returns bands up to half of the sampling rate. Their energies add up to `equivalent` of the record.
+
+    Bands are cut in the frequency domain of the record and its mirror image, as of `equivalent`: ideal filters, which
+    IEC 61260-1 approaches.
+    """
+    frequency, line = _record_lines(signal, sample_rate)
+    return octave_bands(frequency, line, fraction=fraction, weighted=weighted)
+
+
+@checked
 def time_history(frequency: FloatArray, pressure: ComplexArray, *, sample_rate: float) -> tuple[FloatArray, FloatArray]:
     """Return one period of the signal of harmonic lines: p(t) = Re Σ p_n e^{jω_n t}, by inverse FFT.
 

@@ -94,3 +94,16 @@ def test_numbers_as_text_have_a_minus_sign_and_no_sign_where_they_round_to_zero(
     assert levels.number_text(-0.06, "+.1f") == "−0.1"
     assert levels.number_text(1.25, "+.2f") == "+1.25"
     assert levels.number_text(-1.5e-7, ".2g") == "−1.5e−07"
+
+
+def test_third_octaves_of_a_record_add_up_to_its_level_and_hold_its_tones():
+    """A tone of 250 Hz that is cut off, and one of 2 kHz half as large: 6 dB less."""
+    time = np.arange(0, 1.003, 1e-4)
+    signal = np.sin(2 * np.pi * 250.0 * time) + 0.5 * np.sin(2 * np.pi * 2000.0 * time)
+    found = levels.record_bands(signal, sample_rate=1e4)
+    total = 10 * np.log10((10 ** (found.level / 10)).sum())
+    assert total == pytest.approx(float(levels.equivalent(signal, sample_rate=1e4, weighted=False)), abs=1e-6)
+    at = {round(middle): level for middle, level in zip(found.middle, found.level, strict=True)}
+    assert at[251] == pytest.approx(float(levels.decibel(1.0)), abs=0.05)
+    assert at[1995] == pytest.approx(float(levels.decibel(0.5)), abs=0.05)
+    assert at[794] < at[251] - 20

@@ -307,7 +307,8 @@ def test_curves_of_run_ups_are_computed_once_and_maps_show_the_speeds_of_all(tmp
         patch.setattr(run_up, "main_orders", lambda *of: calls.append(of) or main_orders(*of))
         page = read(write_page(tmp_path))
     assert len(calls) == 1
-    _, cuts, *maps = (of for name, of in page.figures.items() if name.startswith("plot-run_up"))
+    _, octaves, cuts, *maps = (of for name, of in page.figures.items() if name.startswith("plot-run_up"))
+    assert [trace["name"] for trace in octaves["data"]] == ["fast", "slow"]
     assert [trace["name"] for trace in cuts["data"]] == ["fast", "slow"]  # as the folders stand
     for of in maps:  # both have the speeds of both
         spans = [of["layout"][axis]["range"] for axis in ("yaxis", "yaxis2")]
@@ -355,8 +356,9 @@ def test_record_at_constant_speed_has_mean_levels_and_no_figures_over_speed(tmp_
     page = read(write_page(tmp_path))
     titles = {of["layout"].get("xaxis", {}).get("title", {}).get("text") for of in page.figures.values()}
     assert "input speed / rpm" not in titles
-    (levels,) = (of["data"][0] for name, of in page.figures.items() if name.startswith("plot-run_up"))
+    levels, octaves = (of["data"][0] for name, of in page.figures.items() if name.startswith("plot-run_up"))
     assert unpacked(levels["y"]).max() == pytest.approx(20 * np.log10(1 / np.sqrt(2) / 2e-5), abs=0.1)
+    assert "315" in octaves["x"]
     assert "1.22" in page.cells  # N RMS: √(3/2)
     assert "Record at constant speed" in page.texts
     assert "Run-up" not in page.texts

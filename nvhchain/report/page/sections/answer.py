@@ -15,13 +15,13 @@ from nvhchain.report.page.blocks import (
     axes,
     colour,
     label,
-    level_bars,
     limits_text,
     symbol,
     whiskers,
 )  # fmt: skip
 from nvhchain.report.page.sections.cases import differing, value_rows
 from nvhchain.report.page.sections.lines.levels import UNITS
+from nvhchain.report.page.sections.lines.octaves import octave_figure
 from nvhchain.report.page.sections.speed.run_up import speed_range, speed_traces
 from nvhchain.report.page.sections.speed.steady_states import difference_maps, steady_speed_curves, stored_states
 from nvhchain.report.run_up import constant_speed
@@ -67,7 +67,7 @@ def blocks(stored: Stored) -> list[Any]:
             *_assumed(stored),
         ],
         levels=_levels(stored),
-        where=_bands(stored) or _speed_figure(stored),
+        where=_speed_figure(stored) or octave_figure(stored),
         speeds=_steady_speeds(stored),
         listen=_listen(stored),
     )
@@ -281,35 +281,6 @@ def _levels(stored: Stored) -> Figure | None:
     layout = axes("overall level / dB(A) re 20 µPa", "", yaxis=rows, margin=margin)
     caption = f"Overall levels at {stored.microphone}, with their confidence limits."
     return Figure(caption, traces, layout, height=70 + 36 * len(heard))
-
-
-def _bands(stored: Stored) -> Figure | None:
-    """Return the A-weighted levels of third octaves at constant speed."""
-    steady = stored.having(lambda run: run.pressure)
-    if not steady:
-        return None
-    found: dict[int, dict[int, float]] = {}
-    for number, _, pressure in steady:
-        third_octaves = levels.octave_bands(pressure.frequency, pressure.pressure[:, 0], weighted=True)
-        numbers = np.rint(10 * np.log10(third_octaves.middle)).astype(int)
-        found[number] = dict(zip(numbers.tolist(), third_octaves.level.tolist(), strict=True))
-    top = max(max(band_levels.values()) for band_levels in found.values())
-    floor = float(5 * np.floor(top / 5) - 45)
-    bands = sorted({band for band_levels in found.values() for band, level in band_levels.items() if level > floor})
-    bands = list(range(bands[0], bands[-1] + 1)) if bands else []
-    names, hover = [_nominal(band) for band in bands], "%{x} Hz: %{customdata} dB(A)"
-    traces = [
-        level_bars(number, run.name, names, [found[number].get(band) for band in bands], floor, hover)
-        for number, run, _ in steady
-    ]
-    layout = axes("third octave / Hz", "level / dB(A)", xaxis={"type": "category"}, bargap=0.25)
-    return Figure("A-weighted levels of third octaves.", traces, layout, height=HEIGHT)
-
-
-def _nominal(band: int) -> str:
-    """Return the nominal frequency of third octave number `band` (Hz)."""
-    value = float(("1", "1.25", "1.6", "2", "2.5", "3.15", "4", "5", "6.3", "8")[band % 10]) * 10.0 ** (band // 10)
-    return f"{value / 1000:.3g}k" if value >= 1000 else f"{value:.3g}"
 
 
 def _speed_figure(stored: Stored) -> Figure | None:

@@ -25,6 +25,7 @@ from nvhchain.report.page.blocks import (
     shade,
     symbol,
 )  # fmt: skip
+from nvhchain.report.page.sections.lines.octaves import octave_figure
 from nvhchain.report.run_up import Curve, constant_speed
 from nvhchain.report.stored import Stored, StoredRun
 from nvhchain.spectrum import Waterfall
@@ -55,8 +56,10 @@ def blocks(stored: Stored) -> list[Any]:
     )
     remarks = [Text(text) for _, run, _ in heard for text in _contact_loss(run)]
     if all(constant_speed(history.input_speed) for _, _, history in heard):
-        return [Text(f"{note} The mean speed is constant."), *remarks, _mean_levels(numbers, maps)]
-    found: list[Any] = [Text(note), *remarks, _overall(stored, numbers, curves)]
+        return [
+            Text(f"{note} The mean speed is constant."), *remarks, _mean_levels(numbers, maps), octave_figure(stored),
+        ]  # fmt: skip
+    found: list[Any] = [Text(note), *remarks, _overall(stored, numbers, curves), octave_figure(stored)]
     if len(next(iter(curves.values()))) > 1:
         found.append(_order_cuts(stored, numbers, curves))
     for number, (title, word) in enumerate((("frequency / Hz", "frequency"), ("order of the input", "order"))):

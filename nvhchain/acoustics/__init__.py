@@ -22,7 +22,6 @@ if TYPE_CHECKING:
         modal_efficiency,
         modal_power,
         power_from_waves,
-        radiation_modes,
     )
     from nvhchain.acoustics.radiation.modal_transfer import (
         modal_pressure,

@@ -83,10 +83,6 @@ def test_what_users_mistake_is_named_with_the_remedy(call, told):
         (lambda: acoustics.convolution_lines(np.inf, 100.0, 1.0), "both finite"),
         (lambda: acoustics.expected_radiation_error("rayleigh", np.inf), "positive and finite"),
         (lambda: acoustics.expected_radiation_error("rayleigh", []), "positive and finite"),
-        (lambda: acoustics.radiation_modes(np.eye(2), np.eye(3)), "two square ones of equal size"),
-        (lambda: acoustics.radiation_modes(np.full((2, 2), np.nan), np.eye(2)), "values that are not finite"),
-        (lambda: acoustics.radiation_modes(np.array([[1.0, 5.0], [0.0, 1.0]]), np.eye(2)), "must be symmetric"),
-        (lambda: acoustics.radiation_modes(np.eye(2), -np.eye(2)), "none may be negative, nor all zero"),
         (lambda: acoustics.array_points(1.0, [0, 0, 1j]), "real numbers are needed"),
     ],
 )

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from nvhchain.acoustics.accuracy.cancellation import cancellation_accuracy
 from nvhchain.acoustics.accuracy.mesh_error import largest_interpolation_error, missed_resonances
@@ -31,9 +30,6 @@ from nvhchain.kinds import checked
 
 _LOADS = "force along x", "force along y", "force along z", "moment about x", "moment about y"
 """Loads on a bearing seat, in the order of its motions."""
-
-_DEPENDENT = 1e-10
-"""Mean square velocity, relative to that of the shapes, below which a combination of shapes counts as zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,65 +204,6 @@ def modal_motion(
     """Return rates of forces (n_f, motions · n_bearing) N/s and velocities (n_f, n_mode) of the modes under them."""
     rate = 2j * np.pi * frequency[:, None] * force
     return rate, (rate @ housing.flat_shapes.T) * housing.receptance(frequency)
-
-
-@checked
-def resistance_matrices(
-    resistance: RadiationResistance, frequency: FloatArray, *, fidelity: AcousticsFidelity = STANDARD.acoustics
-) -> FloatArray:
-    """Compute the radiation resistance matrices at lines between the masters.
-
-    Returns (n_f, n_column, n_column): symmetric, positive semidefinite matrices R (N s/m).
-    """
-    frequency = frequency_lines(frequency)
-    check_lines(resistance.frequency, frequency[frequency > 0])
-    nodes = waves_nodes(resistance, fidelity)
-    weights = nodes.weights(frequency)
-    matrices = np.zeros((len(frequency), *resistance.plane_wave_resistance.shape))
-    products = _Products(resistance, nodes)
-    for line in np.flatnonzero(frequency > 0):
-        for i in np.flatnonzero(weights[line]).tolist():
-            for j in np.flatnonzero(weights[line, : i + 1]).tolist():
-                share = (weights[line, j].conj() * weights[line, i] * products.product(j, i)).real
-                matrices[line] += 0.5 * share if i == j else share
-    return matrices + matrices.transpose(0, 2, 1)
-
-
-@checked
-def radiation_modes(resistance: FloatArray, plane_wave_resistance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Compute acoustic radiation modes: combinations of shapes that radiate independently of each other.
-
-    resistance (n_column, n_column): radiation resistance R (N s/m) at one frequency.
-    plane_wave_resistance (n_column, n_column): resistance ρc⟨φφᵀ⟩S (N s/m) of plane waves from every face.
-    Returns efficiency (n,): radiation efficiencies σ, largest first. modes (n_column, n): coefficients of the modes,
-    each of the same mean square velocity. Combinations of shapes that hardly move are excluded.
-
-    The modes solve R x = σ ρc⟨φφᵀ⟩S x.  Source: Elliott & Johnson, J. Acoust. Soc. Am. 94 (1993) 2194.
-    """
-    shapes = np.shape(resistance), np.shape(plane_wave_resistance)
-    require(
-        len(shapes[0]) == 2 and shapes[0][0] == shapes[0][1] > 0 and shapes[0] == shapes[1],
-        f"matrices of shapes {shapes[0]} and {shapes[1]} have no modes: give two square ones of equal size",
-    )
-    matrices = np.stack([np.asarray(resistance), np.asarray(plane_wave_resistance)])
-    require(
-        bool(np.isfinite(matrices).all()),
-        "radiation resistance holds values that are not finite: remove or repair them",
-    )
-    uneven = np.abs(matrices - matrices.transpose(0, 2, 1)).max(axis=(1, 2)) > 1e-6 * np.abs(matrices).max(axis=(1, 2))
-    require(not uneven.any(), "resistance matrices must be symmetric: give those of one line of resistance_matrices")
-    require(
-        float(matrices[1].diagonal().min()) >= 0 < float(matrices[1].diagonal().max()),
-        f"plane wave resistances {matrices[1].diagonal()!r:.60} N s/m on the diagonal: none may be negative, nor all "
-        "zero",
-    )
-    scale = np.sqrt(plane_wave_resistance.diagonal())
-    scale = np.where(scale > 0, scale, 1.0)
-    value, vector = eigh(plane_wave_resistance / np.outer(scale, scale))
-    kept = value > _DEPENDENT * value[-1]
-    basis = vector[:, kept] / np.sqrt(value[kept]) / scale[:, None]
-    efficiency, modes = eigh(basis.T @ resistance @ basis)
-    return np.asarray(efficiency[::-1]), np.asarray((basis @ modes)[:, ::-1])
 
 
 def _pieces(nodes: Nodes, frequency: FloatArray, lines: np.ndarray) -> list[np.ndarray]:

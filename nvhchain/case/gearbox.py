@@ -38,7 +38,7 @@ from nvhchain.case.sound import BackgroundLevels, RecordedBackground, Target
 from nvhchain.conventions import Air
 from nvhchain.dynamics import Bearing, Equilibrium, Gearbox, LooseGear, Mesh, Shaft, ShaftBearing
 from nvhchain.dynamics import equilibrium as balanced
-from nvhchain.dynamics.model.rigid_train import input_inertia
+from nvhchain.dynamics.model.assembly import input_inertia
 from nvhchain.dynamics.model.shaft_beam import covered_places
 from nvhchain.dynamics.runs.ramp import Ramp as SpeedRamp
 from nvhchain.errors import InputError, check_all, concerning, counted, require, require_all, warn_caller

@@ -9,7 +9,6 @@ if TYPE_CHECKING:
     from nvhchain.dynamics.model.fluctuation import Fluctuation, Harmonic
     from nvhchain.dynamics.model.gearbox import Gearbox
     from nvhchain.dynamics.model.parts import Bearing, LooseGear, Mesh, ShaftBearing, StaticTilt, VibratingBody
-    from nvhchain.dynamics.model.rigid_train import run_up_time
     from nvhchain.dynamics.model.shafts import Cylinder, RigidBody, Shaft, SideLoad
     from nvhchain.dynamics.model.train import train
     from nvhchain.dynamics.runs.linear import body_compliance, flank_transfers

@@ -12,8 +12,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from nvhchain.dynamics import bearing_forces, run_up, run_up_time, steady_sweep
-from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics import bearing_forces, run_up, steady_sweep
+from nvhchain.dynamics.model.assembly import assemble, input_inertia
 from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.dynamics.runs import speed_ramp
 from nvhchain.dynamics.runs.decimation import decimator, low_pass
@@ -214,17 +214,11 @@ def test_progress_ends_at_its_total(make_gearbox, make_laws):
     assert [done for done, _ in told] == list(range(1, told[-1][1] + 1))
 
 
-def test_torques_drive_the_train_to_speed_in_the_time_they_need(make_gearbox, make_laws):
+def test_inertia_of_the_train_at_the_input_is_that_of_its_shafts_by_the_square_of_their_speed(make_gearbox, make_laws):
     gearbox, laws = make_gearbox(), make_laws()
     a = assemble(gearbox, laws, None)
     ratio = np.array([1.0, 0.4, 0.4 * 30 / 82])
-    inertia = (a.inertia * ratio**2).sum()
-    output = (250.0 - inertia * SPEED / 20.0) / ratio[2]
-    speeds = {"start_speed": 0.0, "end_speed": SPEED}
-    found = run_up_time(gearbox, laws, **speeds, input_torque=250.0, output_torque=output)
-    assert found == pytest.approx(20.0, rel=1e-9)
-    with pytest.raises(InputError, match=r"balances 250 N m is 1708\.33"):
-        run_up_time(gearbox, laws, **speeds, input_torque=250.0, output_torque=1800.0)
+    assert input_inertia(gearbox, laws) == pytest.approx((a.inertia * ratio**2).sum(), rel=1e-9)
 
 
 @pytest.mark.parametrize(

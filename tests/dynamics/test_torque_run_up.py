@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from nvhchain.dynamics import Gearbox, Mesh, run_up, run_up_time
-from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.case.operation import TorqueRamp
+from nvhchain.dynamics import Gearbox, Mesh, run_up
+from nvhchain.dynamics.model.assembly import assemble, input_inertia
 from nvhchain.dynamics.time_loop.law_table import tabulate
 from nvhchain.dynamics.time_loop.quasi_static import static_state
 from nvhchain.fidelity import DynamicsFidelity
@@ -40,7 +41,7 @@ def test_free_spins_under_torques_follow_the_prescribed_run_up(box, law):
     """The law follows the wheel's own angle here, and nothing prescribes the speed: within 0.2 % of the swing."""
     ratio = law.teeth[0] / law.teeth[1]
     output = (TORQUE - UNBALANCE) / ratio
-    duration = run_up_time(box, [law], start_speed=0.0, end_speed=END, input_torque=TORQUE, output_torque=output)
+    duration = TorqueRamp(END, UNBALANCE).lasting(0.0, input_inertia(box, [law]))
     record = run_up(
         box, [law], None, start_speed=0.0, end_speed=END, duration=duration, input_torque=TORQUE, f_max=5000.0,
         fidelity=DynamicsFidelity(5e-6),

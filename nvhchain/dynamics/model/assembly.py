@@ -33,7 +33,7 @@ from nvhchain.dynamics.model.mesh_rows import all_wrenches, error_wrenches, tilt
 from nvhchain.dynamics.model.parts import Bearing
 from nvhchain.dynamics.model.sections import Sections, Wrench, sections
 from nvhchain.dynamics.model.shafts import Shaft
-from nvhchain.dynamics.model.train import Train, train
+from nvhchain.dynamics.model.train import Train, train, train_inertia
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ReducedHousing
@@ -358,6 +358,11 @@ def rotor_inertia(gearbox: Gearbox) -> FloatArray:
     """Return the inertia (n_rotor,) about z of the shafts, with their couplings, and of the loose gears (kg m²)."""
     shafts = [_laden(gearbox, shaft).inertia().polar_inertia + shaft.coupled_inertia for shaft in gearbox.shafts]
     return np.array([*shafts, *(gear.body.polar_inertia for gear in gearbox.loose_gears)])
+
+
+def input_inertia(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> float:
+    """Return the inertia of the train seen from the input (kg m²)."""
+    return train_inertia(train(gearbox, mesh_laws), rotor_inertia(gearbox))
 
 
 def _laden(gearbox: Gearbox, shaft: Shaft) -> Shaft:

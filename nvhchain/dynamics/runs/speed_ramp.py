@@ -2,7 +2,7 @@
 
 The nominal spin is prescribed, so the phases of the mesh laws are known beforehand. Inertia torques of the train reduce
 the output torque. The common spin of the train decouples from all other unknowns, because the meshes do no work along
-it. A run-up driven by given torques is therefore the same with the acceleration that they cause: `run_up_time`.
+it. A run-up driven by given torques is therefore the same with the acceleration that they cause.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from typing import Unpack
 
 import numpy as np
 
+from nvhchain.dynamics.model.assembly import input_inertia
 from nvhchain.dynamics.model.fluctuation import Drive
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.model.train import train_inertia
 from nvhchain.dynamics.runs.decimation import Decimator, decimator, low_pass, low_pass_reach, record_stride
 from nvhchain.dynamics.runs.ramp import Operation, Ramp

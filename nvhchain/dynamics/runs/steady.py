@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
 from nvhchain.conventions import Progress
+from nvhchain.dynamics.model.assembly import input_inertia
 from nvhchain.dynamics.model.bearing_series import motions_of
 from nvhchain.dynamics.model.fluctuation import Drive, Fluctuation
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.model.rigid_train import input_inertia
 from nvhchain.dynamics.model.train import Train, train
 from nvhchain.dynamics.runs.contact_loss import excursions, parted_flanks, warn_or_refuse
 from nvhchain.dynamics.runs.ramp import Load, Ramp

@@ -37,7 +37,7 @@ from nvhchain.gear import (
     loaded_mesh,
 )
 from nvhchain.gear.contact.contact_lines import ContactLines
-from nvhchain.gear.contact.slice_forces import LocalLaw, local_law
+from nvhchain.gear.contact.local_law import LocalLaw, local_law
 
 ROOT = Path(__file__).parents[2]
 BLANKS = {kind.__name__: kind for kind in (Solid, ThinRim, Holes, Slots)}

@@ -13,12 +13,12 @@ from nvhchain.gear import Flank, MicroGeometry
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance
 from nvhchain.gear.contact import engagement as engagement_module
 from nvhchain.gear.contact.engagement import Engagement, engaged_reach
-from nvhchain.gear.contact.local_law import held_excess
-from nvhchain.gear.contact.slice_forces import half_space_compliance, local_deflection
+from nvhchain.gear.contact.local_law import half_space_compliance, held_excess
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
 from nvhchain.gear.laws.mesh_law import deflection_grid, law_load, mesh_law
 from nvhchain.runtime.threads import granted
 from tests.gear.conftest import add_own_part, stage_pair
+from tests.gear.weber_banaschek import local_deflection
 
 TORQUE = 250.0
 COARSE = dataclasses.replace(DRAFT.gear, angles_per_mesh=16)

@@ -15,13 +15,16 @@ from nvhchain.gear.contact.contact_lines import contact_lines
 from nvhchain.gear.contact.local_law import (
     FADE,
     TipEdges,
+    contact_half_width,
+    half_space_compliance,
     held_excess,
     load_of_half_width,
+    local_law,
     strip_half_width,
     wedge_excess,
     wedge_factor,
 )
-from nvhchain.gear.contact.slice_forces import contact_half_width, half_space_compliance, local_deflection, local_law
+from tests.gear.weber_banaschek import local_deflection
 
 PAIR = (STEEL, STEEL)
 A = 2 * half_space_compliance(STEEL)

@@ -9,7 +9,7 @@ from scipy.interpolate import PchipInterpolator
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import STANDARD
 from nvhchain.gear.contact.engagement import Engagement
-from nvhchain.gear.contact.slice_forces import contact_half_width
+from nvhchain.gear.contact.local_law import contact_half_width
 from nvhchain.gear.laws.mesh_law import mesh_law
 from nvhchain.gear.laws.transmission_error import deflection_at_force, loaded_mesh, quasi_static_transmission_error
 

@@ -30,14 +30,8 @@ from nvhchain.gear.contact.contact_lines import (
     wheel_angle,
     wheel_angles,
 )
-from nvhchain.gear.contact.local_law import strip_half_width
-from nvhchain.gear.contact.slice_forces import (
-    LocalLaw,
-    complementarity_residual,
-    half_space_compliance,
-    local_law,
-    slice_forces,
-)
+from nvhchain.gear.contact.local_law import LocalLaw, half_space_compliance, local_law, strip_half_width
+from nvhchain.gear.contact.slice_forces import complementarity_residual, slice_forces
 from nvhchain.gear.deviations.pairs import PairDeviations
 from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
 from nvhchain.handoff import FloatArray, IntArray

@@ -65,33 +65,6 @@ def contact_half_width(
     return np.sqrt(2.0 * a * np.asarray(load, float) * np.asarray(curvature_radius, float))
 
 
-def local_deflection(
-    load: ArrayLike,
-    curvature_radius: ArrayLike,
-    depths: tuple[ArrayLike, ArrayLike],
-    materials: tuple[Material, Material],
-) -> FloatArray:
-    """Return the approach of the two tooth centre lines by flattening (m), after Weber and Banaschek.
-
-    load: load per length q (N/m).
-    curvature_radius: radius of relative curvature (m).
-    depths: depths h_i along the normal from flank to tooth centre line (m).
-    Returns local deflection δ_loc (m), 0 without load.
-
-    δ_loc = Σ_i 2q(1−ν_i²)/(πE_i) [ln(2h_i/L) − ν_i/(2(1−ν_i))].  It holds while L is well below h_i.
-
-    Source: C. Weber, K. Banaschek, Schriftenreihe Antriebstechnik 11 (1953).
-    """
-    q = np.asarray(load, float)
-    width = contact_half_width(q, curvature_radius, materials)
-    total = np.zeros(np.broadcast(q, curvature_radius, *depths).shape)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for h, m in zip(depths, materials, strict=True):
-            bracket = np.log(2.0 * np.asarray(h, float) / width) - m.poisson / (2.0 * (1.0 - m.poisson))
-            total = total + half_space_compliance(m) * q * bracket
-    return np.where(q > 0, total, 0.0)
-
-
 FADE = 0.13
 """Factor m in the fading of the wedge. Finite elements of held sections of teeth (20 to 82) give 0.12 to 0.14
 (benchmarks/gear/tip_edge.py)."""
@@ -228,12 +201,17 @@ def local_law(
     edges: TipEdges | None = None,
     held: tuple[bool, bool] = (False, False),
 ) -> LocalLaw:
-    """Return `local_deflection` of slices as a piecewise law, with the corrections of tip edges.
+    """Return the approach of tooth centre lines by flattening as a piecewise law, with the corrections of tip edges.
 
     curvature_radius (n,): radius of relative curvature ρ (m).
     depths tuple of 2 (n,) array: depths of both gears (m).
     edges: tip edges near the slices; None for flanks without an end.
     held: gears from whose compliance that of a tooth held on its centre line was subtracted (`held_excess`).
+
+    Without edge and held tooth δ_loc = Σ_i 2q(1−ν_i²)/(πE_i) [ln(2h_i/L) − ν_i/(2(1−ν_i))].  It holds while L is well
+    below h_i.
+
+    Source: C. Weber, K. Banaschek, Schriftenreihe Antriebstechnik 11 (1953).
     """
     parts = [half_space_compliance(m) for m in materials]
     a = sum(parts)

@@ -16,24 +16,8 @@ from __future__ import annotations
 import numpy as np
 
 from nvhchain.errors import SolverError
-from nvhchain.gear.contact.local_law import (
-    LocalLaw,
-    contact_half_width,
-    half_space_compliance,
-    local_deflection,
-    local_law,
-)
+from nvhchain.gear.contact.local_law import LocalLaw
 from nvhchain.handoff import FloatArray
-
-__all__ = [
-    "LocalLaw",
-    "complementarity_residual",
-    "contact_half_width",
-    "half_space_compliance",
-    "local_deflection",
-    "local_law",
-    "slice_forces",
-]
 
 MAX_ITERATIONS = 100
 """Largest number of Newton steps of one complementarity problem; a dozen is usual, more means failure."""

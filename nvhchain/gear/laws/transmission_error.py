@@ -20,7 +20,7 @@ from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.contact.contact_lines import ContactLines, lever_arms
 from nvhchain.gear.contact.engagement import ContactProblem, Engagement, close_edges
-from nvhchain.gear.contact.slice_forces import contact_half_width
+from nvhchain.gear.contact.local_law import contact_half_width
 from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw
 from nvhchain.kinds import checked

@@ -7,7 +7,6 @@ from nvhchain.runtime.deferred import deferred
 if TYPE_CHECKING:
     from nvhchain.bearings.balls import AngularContact, DeepGroove
     from nvhchain.bearings.internal import Internal
-    from nvhchain.bearings.loaded import displacement
     from nvhchain.bearings.rollers import Cylindrical, Spherical, Tapered
     from nvhchain.bearings.springs import StiffnessMatrix, StiffnessTable
 else:

@@ -100,15 +100,6 @@ class Groove:
         modulus = YOUNG / (1.0 - POISSON**2)
         return 0.5 * self.ellipse.deflection * (3.0 / modulus) ** (2.0 / 3.0) * self.curvature ** (1.0 / 3.0)
 
-    def pressure(self, load: float) -> float:
-        """Return the largest pressure (Pa) under a load (N)."""
-        scale = (3.0 * load * (1.0 - POISSON**2) / (YOUNG * self.curvature)) ** (1.0 / 3.0)
-        return 1.5 * load / (pi * self.ellipse.major * self.ellipse.minor * scale**2)
-
-    def load(self, pressure: float) -> float:
-        """Return the load (N) of a largest pressure (Pa)."""
-        return float((pressure / self.pressure(1.0)) ** 3)
-
 
 def ball_stiffness(inner: Groove, outer: Groove) -> float:
     """Return K (N/m^(3/2)) of a ball between two raceways, Q = K δ^(3/2).

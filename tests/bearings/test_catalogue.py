@@ -11,9 +11,9 @@ from nvhchain.bearings import (
     StiffnessMatrix,
     StiffnessTable,
     Tapered,
-    displacement,
 )
 from nvhchain.errors import InputError, SolverError
+from tests.bearings.loaded_bearing import displacement
 
 # boundary dimensions (mm) and ratings (kN) of catalogues; balls and their diameter (mm) by measurement of such bearings
 KNOWN = {
@@ -132,7 +132,7 @@ def test_a_load_beyond_the_bearing_is_refused():
 
 def test_a_thrust_in_the_wrong_direction_finds_no_equilibrium():
     bearing = Tapered(**metres((40, 80, 18)), **rated((75.8, 68.0)), load_ratio=0.37, thrust=1)
-    with pytest.raises(SolverError, match="does not carry the load"):
+    with pytest.raises(SolverError, match="did not balance"):
         displacement(bearing, np.array([0.0, 0.0, -1e3, 0.0, 0.0]))
 
 

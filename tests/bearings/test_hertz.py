@@ -61,12 +61,18 @@ def test_the_ball_constant_is_that_of_iso_16281():
     assert abs(ball_stiffness(inner, outer) / 1e3**1.5 / standard - 1.0) < 1.5e-3
 
 
+def pressure(groove, load):
+    """Largest pressure, Pa, of the ellipse under a load, N."""
+    scale = (3.0 * load * (1.0 - POISSON**2) / (YOUNG * groove.curvature)) ** (1.0 / 3.0)
+    return 1.5 * load / (pi * groove.ellipse.major * groove.ellipse.minor * scale**2)
+
+
 @pytest.mark.parametrize("gamma", [0.05, 0.1, 0.2, 0.3])
 def test_the_static_rating_of_iso_76_is_4200_mpa_at_the_worse_raceway(gamma):
     ball = 10e-3
     inner, outer = Groove(ball, 0.52 * ball, gamma), Groove(ball, 0.53 * ball, -gamma)
     # the standard's steel has 207 GPa
-    load = min(inner.load(4.2e9), outer.load(4.2e9)) * (YOUNG / 207e9) ** 2
+    load = (4.2e9 / max(pressure(inner, 1.0), pressure(outer, 1.0))) ** 3 * (YOUNG / 207e9) ** 2
     assert abs(9 * load / 5.0 / ball_static_rating(1, 9, ball, ball / gamma, 0.0) - 1.0) < 6e-3
 
 
@@ -82,11 +88,3 @@ def test_the_line_contact_keeps_its_number_in_newtons_and_millimetres():
     # 10 mm long, 10 µm: 35948 · 10^(8/9) · 0.01^(10/9) N
     wanted = 35948.0 * 10.0 ** (8.0 / 9.0) * 0.01 ** (10.0 / 9.0)
     assert abs(LINE_STIFFNESS * 1e-2 ** (8.0 / 9.0) * 1e-5 ** (10.0 / 9.0) / wanted - 1.0) < 1e-12
-
-
-def test_the_pressure_is_that_of_an_ellipse():
-    groove = Groove(12e-3, 6.24e-3, 0.2)
-    scale = (3.0 * 1000.0 * (1.0 - POISSON**2) / (YOUNG * groove.curvature)) ** (1.0 / 3.0)
-    area = pi * groove.ellipse.major * groove.ellipse.minor * scale**2
-    assert abs(groove.pressure(1000.0) * area / 1500.0 - 1.0) < 1e-12
-    assert abs(groove.load(groove.pressure(1000.0)) / 1000.0 - 1.0) < 1e-12

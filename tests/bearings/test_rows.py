@@ -6,9 +6,10 @@ from time import perf_counter
 import numpy as np
 import pytest
 
-from nvhchain.bearings import AngularContact, Cylindrical, DeepGroove, Spherical, Tapered, displacement
+from nvhchain.bearings import AngularContact, Cylindrical, DeepGroove, Spherical, Tapered
 from nvhchain.bearings.rows import azimuths
 from nvhchain.errors import InputError
+from tests.bearings.loaded_bearing import displacement
 
 BALLS = {"elements": 7, "element_diameter": 11.5e-3, "pitch_diameter": 43.5e-3}
 BODY = {"bore": 40e-3, "outer_diameter": 80e-3, "width": 18e-3}

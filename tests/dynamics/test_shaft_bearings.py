@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nvhchain.bearings import Cylindrical, StiffnessMatrix, StiffnessTable, displacement
+from nvhchain.bearings import Cylindrical, StiffnessMatrix, StiffnessTable
 from nvhchain.bearings.loaded import holds_tilt
 from nvhchain.case import load_case
 from nvhchain.case.rexs import import_rexs
@@ -25,6 +25,7 @@ from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.errors import InputError
 from nvhchain.testing import two_stages
 from nvhchain.testing.rexs_units import coaxial_unit
+from tests.bearings.loaded_bearing import displacement
 
 
 @pytest.fixture(scope="module")

@@ -106,7 +106,7 @@ def operators_ahead(
             watching = _OnlyComputed(watcher, case.name if len(gearboxes) > 1 else "")
             runs.append(Run(Scene(case, fidelity), shared=ResultCache(operators, watching)))
         with blas_threads(1):
-            for run in runs:
+            for run in (run for run in runs if HOUSING in run.scene.steps):
                 with concerning(run.case.name):
                     run.hand_offs[HOUSING] = steps.reduced_housing(run)
         for run in runs:

@@ -95,15 +95,15 @@ def _pushed(case: GearboxCase, mesh_laws: Sequence[MeshLaw]) -> Gearbox:
     Points that follow a tilt carry unevenly, which is a moment about mid-width as that of a load centre.
     """
     gearbox, options, none = case.gearbox_on_rigid_seats, case.options, np.zeros(1)
-    moment = options.models("shuttling") or (options.models("tilt") and case.operation.input_torque > 0.0)
-    meshes = tuple(
-        replace(
-            mesh,
-            friction=MeshFriction(options.coefficient, law.period, none, none, none)
-            if options.models("friction")
-            else None,
-            load_centre=LoadCentre(law.period, none, none) if moment else None,
+    meshes = []
+    for mesh, law, force in zip(gearbox.meshes, mesh_laws, case.mesh_forces, strict=True):
+        rubbed = options.models("friction")
+        uneven = options.models("tilt") and force > 0.0 < case.operation.input_torque
+        meshes.append(
+            replace(
+                mesh,
+                friction=MeshFriction(options.coefficient, law.period, none, none, none) if rubbed else None,
+                load_centre=LoadCentre(law.period, none, none) if options.models("shuttling") or uneven else None,
+            )
         )
-        for mesh, law in zip(gearbox.meshes, mesh_laws, strict=True)
-    )
-    return replace(gearbox, meshes=meshes)
+    return replace(gearbox, meshes=tuple(meshes))

@@ -205,6 +205,21 @@ def test_laws_of_gears_that_the_housing_tilts_are_made_by_the_other_process_and_
     assert {"flank_flexibility", "housing", "mesh_law_stage"} <= made
 
 
+def test_a_housing_that_nothing_needs_is_not_made(case, coarse, tmp_path, monkeypatch, worth):
+    """Forces on rigid seats, of two gearboxes whose laws take two processes."""
+    rigid = replace(case, options=replace(case.options, rigid_housing=True))
+    made = []
+    monkeypatch.setattr(ahead, "_mesh_law_process", lambda *_: nullcontext())
+    monkeypatch.setattr(ahead, "_laws_ahead", lambda *_: [(0, 0)])
+    monkeypatch.setattr(ahead.steps, "reduced_housing", made.append)
+    monkeypatch.setattr(ahead.steps, "compile_kernels", lambda *_: None)
+    monkeypatch.setattr(ahead.steps, "stage_ahead", lambda *_: None)
+    with ahead.operators_ahead([rigid], coarse, tmp_path):
+        assert made == []
+    with ahead.operators_ahead([case], coarse, tmp_path):
+        assert len(made) == 1
+
+
 def test_options_are_decided_alike_before_their_operators_are_made(case, coarse, tmp_path, monkeypatch, worth):
     """Decided alone, operators of a compared case were of other options than those that its run took."""
     open_, stated = (

@@ -208,6 +208,15 @@ def test_a_steady_state_that_loses_contact_errs_by_it(case, housing, meshing):
     assert "dynamics" in remedy("contact loss")
 
 
+@pytest.mark.parametrize("torque", [20.0, -20.0])
+def test_points_that_follow_a_tilt_push_apart_on_drive_flanks_alone(case, housing, meshing, torque):
+    """A moment about mid-width is one more force of the mesh; back flanks have none that is known."""
+    operation = replace(case.operation, input_torque=torque)
+    tilting = replace(case, operation=operation, options=replace(case.options, tilt=True))
+    found = force_change(tilting, DRAFT, housing, [mesh_law([1e-6, 1e-6])], meshing[3])
+    assert found.away.shape[2] == (2 if torque > 0.0 else 1)
+
+
 def test_ready_made_laws_are_exact_and_what_is_made_of_them_is_not(case, housing, meshing):
     """Forces that were given are exact."""
     _, velocity, _, forces = meshing

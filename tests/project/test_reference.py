@@ -42,7 +42,7 @@ def test_example_from_plan_to_verdict_runs(tmp_path, monkeypatch, capsys):
     assert main(["new", "single-stage", "mine"]) == 0
     page = (ROOT / "docs" / "howto" / "python.md").read_text(encoding="utf-8")
     exec(examples.blocks(page)[0], {})
-    assert "light is 10.0 dB quieter than single-stage" in capsys.readouterr().out
+    assert "light is 10.2 dB quieter than single-stage" in capsys.readouterr().out
 
 
 @pytest.mark.slow

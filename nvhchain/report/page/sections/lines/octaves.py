@@ -31,7 +31,8 @@ def octave_figure(stored: Stored) -> Figure | None:
         for number, run, _ in heard
     ]
     layout = axes("third octave / Hz", "level / dB(A)", xaxis={"type": "category"}, bargap=0.25)
-    return Figure("A-weighted levels of third octaves.", traces, layout, height=HEIGHT)
+    whole = ", over the whole record" if any(run.pressure is None for _, run, _ in heard) else ""
+    return Figure(f"A-weighted levels of third octaves{whole}.", traces, layout, height=HEIGHT)
 
 
 def _third_octaves(run: StoredRun) -> levels.OctaveBands | None:

@@ -10,7 +10,7 @@ import nvhchain as nvh
 CASES = ("solid", "slotted", "run_up_solid", "run_up_slotted")
 OLD_READING = re.compile(
     r"had a rotor of 0\.02|had 0\.02 kg m²|"
-    r"\b(?:76\.[29]|77\.0) dB|(?<!in [xyz] \()[−-]5\.[12] dB|\b5 dB (?:quieter|less)|"
+    r"\b(?:76\.[29]|77\.0) dB|(?<!in [xyz] \()[−-]5\.[12] dB|(?<![\d.])5 dB (?:quieter|less)|"
     r"rotor of the driving machine behind"
     r"|\| (?:draft|standard|reference) \| solid \|.*\| (?:76\.[29]|77\.0) \|"
 )

@@ -63,8 +63,9 @@ class Options:
 
     Notes
     -----
-    An option is `auto` where the gearbox's own numbers decide (`nvhchain.scene.modelled`): it is modelled if its
-    estimated effect exceeds the tolerance of the fidelity. Until then it counts as off.
+    An option is `auto` where the gearbox's own numbers decide (`nvhchain.scene.modelled`). It is modelled if its
+    estimated effect exceeds the tolerance of the fidelity, or if it acts at all and takes next to no time. Until then
+    it counts as off.
     """
 
     friction: float | Literal["auto"] = AUTO

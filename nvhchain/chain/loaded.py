@@ -13,7 +13,7 @@ from nvhchain import dynamics, gear
 from nvhchain.case import GearboxCase
 from nvhchain.conventions import Progress
 from nvhchain.fidelity import Fidelity, GearFidelity
-from nvhchain.files.result_cache import ResultCache
+from nvhchain.files.result_cache import ResultCache, fingerprint
 from nvhchain.handoff import BodyModes, FlankFlexibility, FloatArray, MeshPeriod, ReducedHousing
 from nvhchain.scene.body_modes import vibrating_bodies
 from nvhchain.scene.loaded_tilt import ANGLES, SLICES, balanced_tilts, tilted
@@ -115,17 +115,19 @@ def loaded_case(
     oppose it with the moment of the load about mid-width (`balanced_tilts`). The latest cases are kept: a comparison
     asks for each of them several times.
     """
-    key = case, fidelity, None if housing is None else housing.content_hash
-    if key not in _LOADED:
+    key = fingerprint(case, fidelity, None if housing is None else housing.content_hash)
+    found = _LOADED.get(key)
+    if found is None:
+        found = _loaded(case, housing, fidelity, flanks)
         if len(_LOADED) >= _KEPT:
             _LOADED.clear()
-        _LOADED[key] = _loaded(case, housing, fidelity, flanks)
-    return _LOADED[key]
+        _LOADED[key] = found
+    return found
 
 
 _KEPT = 16
-_LOADED: dict[tuple[GearboxCase, Fidelity, str | None], GearboxCase] = {}
-"""Case, fidelity and hash of the housing → the case under load."""
+_LOADED: dict[str, GearboxCase] = {}
+"""Fingerprint of case, fidelity and housing → the case under load."""
 
 
 def _loaded(

@@ -40,7 +40,7 @@ from nvhchain.scene import Scene, modelled, modelled_alike, planned_steps, prefl
 from nvhchain.scene.kept import estimates_kept
 from nvhchain.scene.mechanics import law_knobs
 from nvhchain.scene.planned import PlannedStep
-from nvhchain.scene.steps import HOUSING, MESH_LAWS, TRANSFER_VECTORS
+from nvhchain.scene.steps import HOUSING, LOAD_DISTRIBUTIONS, MESH_LAWS, TRANSFER_VECTORS
 
 _LEAST_SECONDS = 5.0
 """Smallest processor time (s) of the work of each of two processes for which the second one saves time."""
@@ -194,13 +194,14 @@ def _laws_ahead(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Pat
         if cached.issuperset(MESH_LAWS.file_of(stage.name) for stage in case.stages):
             continue
         scene = Scene(case, fidelity)
-        tilted = number if _tilted(scene) else None  # cases tilt the same gears differently
+        tilted = number if case.options.models("loaded_misalignment") else None  # cases tilt the same gears differently
+        spread = LOAD_DISTRIBUTIONS in scene.steps
         planned = {one.result: one for one in planned_steps(scene) if one.result not in cached}
         others += [one for one in planned.values() if one.step in (HOUSING, TRANSFER_VECTORS)]
         for stage, (drawn, pair, force) in enumerate(zip(case.stages, case.pairs, case.mesh_forces, strict=True)):
             knobs = law_knobs(case, stage, fidelity.gear)
             result, load = MESH_LAWS.file_of(drawn.name), gear.law_load(force)
-            inputs = fingerprint(drawn.name, pair, load, knobs, tilted)
+            inputs = fingerprint(drawn.name, pair, load, knobs, tilted, spread)
             if result in planned and inputs not in found:  # cases have laws in common
                 laws[number, stage] = planned[result]
                 found.add(inputs)
@@ -251,8 +252,8 @@ def main() -> None:
         with suppress(InputError, SolverError), estimates_kept(operators):
             for case in unestimated:
                 modelled(case, fidelity)
-        for number in dict.fromkeys(number for number, _ in laws if tilted[number]):
-            runs[number].hand_offs[HOUSING] = steps.reduced_housing(runs[number])  # the caller makes it
+        for number in sorted({number for number, _ in laws if tilted[number]}):  # the caller makes them in this order
+            runs[number].hand_offs[HOUSING] = steps.reduced_housing(runs[number])
         for number, stage in laws:
             if tilted[number]:
                 steps.stage_ahead(runs[number], stage)

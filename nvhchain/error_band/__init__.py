@@ -8,7 +8,7 @@ cases of these that they hold. docs/measured/chain/error_band_knobs.md lists the
 Knobs in the band:
 
 - gears: layers, slices, angles, tolerances of load patterns, elements of blanks and `bodies`;
-- dynamics: time step and settling;
+- dynamics: time step, settling and contact loss;
 - housing: element size, modes, their truncation and residual;
 - acoustics: the expected errors of surface mesh, coarser surfaces, points, quadrature, master frequencies and radiation
   levels.
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from nvhchain.error_band.files import save_error_bands
     from nvhchain.error_band.quantities import Origin, error_band, force_band, power_band, velocity_band
     from nvhchain.error_band.run_bands import BANDS, INHERITED
-    from nvhchain.error_band.run_up import RunUpBand, limit_causes, run_up_band, run_up_force_band
+    from nvhchain.error_band.run_up import RunUpBand, limit_causes, limit_parts, run_up_band, run_up_force_band
 else:
     __getattr__, __dir__ = deferred(__name__, __file__)
 

@@ -59,9 +59,9 @@ def force_change(
     if len(changes) < 2:
         none = np.zeros((len(forces.frequency), forces.wrench.shape[2] * len(forces.names), 0), dtype=complex)
         return ForceChange(none, none.transpose(0, 2, 1), forces.names)
-    lower, higher = (change.away for change in changes)
-    larger = np.linalg.norm(lower, axis=(1, 2)) >= np.linalg.norm(higher, axis=(1, 2))
-    return replace(changes[0], away=np.where(larger[:, None, None], lower, higher))
+    lower, higher = (np.linalg.norm(change.apply(forces).wrench, axis=(1, 2)) for change in changes)
+    away = np.where((lower >= higher)[:, None, None], changes[0].away, changes[1].away)
+    return replace(changes[0], away=away)
 
 
 def force_changes(
@@ -96,14 +96,17 @@ def _pushed(case: GearboxCase, mesh_laws: Sequence[MeshLaw]) -> Gearbox:
     """
     gearbox, options, none = case.gearbox_on_rigid_seats, case.options, np.zeros(1)
     meshes = []
-    for mesh, law, force in zip(gearbox.meshes, mesh_laws, case.mesh_forces, strict=True):
-        rubbed = options.models("friction")
+    loaded = [not case.idles(stage) for stage in case.stages]
+    for mesh, law, force, pressed in zip(gearbox.meshes, mesh_laws, case.mesh_forces, loaded, strict=True):
+        rubbed = pressed and options.models("friction")
         uneven = options.models("tilt") and force > 0.0 < case.operation.input_torque
         meshes.append(
             replace(
                 mesh,
                 friction=MeshFriction(options.coefficient, law.period, none, none, none) if rubbed else None,
-                load_centre=LoadCentre(law.period, none, none) if options.models("shuttling") or uneven else None,
+                load_centre=LoadCentre(law.period, none, none)
+                if pressed and (options.models("shuttling") or uneven)
+                else None,
             )
         )
     return replace(gearbox, meshes=tuple(meshes))

@@ -43,12 +43,14 @@ class RunUpBand:
     speed_levels (n, n_place): levels of the parts, dB(A) or dB.
     limits (n, n_place, 2): limits of the levels, in the same unit.
     bands: band of the lines of a window in the middle of every part.
+    opened: numbers of the parts whose limits are those of their neighbours, too, where contact loss begins or ends.
     """
 
     input_speed: FloatArray
     speed_levels: FloatArray
     limits: FloatArray
     bands: tuple[ErrorBand, ...]
+    opened: tuple[int, ...] = ()
 
     def __repr__(self) -> str:
         parts, places = self.speed_levels.shape
@@ -132,7 +134,11 @@ class RunUpBand:
     @property
     def widest(self) -> int:
         """Index of the part that widens the limits of the whole record most, at the first place."""
-        energy = 10.0 ** ((self.limits[:, 0] - self.limits[:, 0, 1].max()) / 10.0)
+        return self.widest_at(0)
+
+    def widest_at(self, place: int) -> int:
+        """Return the index of the part that widens the limits of the whole record most, at a place."""
+        energy = 10.0 ** ((self.limits[:, place] - self.limits[:, place, 1].max()) / 10.0)
         return int((energy[:, 1] - energy[:, 0]).argmax())
 
     @property
@@ -146,6 +152,23 @@ class RunUpBand:
         return _mean_energy(self.limits)
 
 
+def limit_parts(band: ErrorBand | RunUpBand, place: int) -> list[tuple[str, float, float]]:
+    """Return the parts of the limits of a level, the largest first: source, share, frequency (Hz) of its largest line.
+
+    place: number of the place.
+
+    Those of a run-up are of the part whose limits are widest. Where levels may jump there, contact loss is all of it.
+    """
+    if isinstance(band, RunUpBand):
+        widest, opened = band.widest_at(place), band.opened
+        band = band.bands[widest]
+        if widest in opened:
+            loudest = (band.weight[:, 0] * band.amplitude[:, place] ** 2).argmax()
+            return [("contact loss", 1.0, float(band.frequency[loudest]))]
+    parts = [(source, float(share[place]), float(frequency[place])) for source, share, frequency in band.parts]
+    return sorted(parts, key=lambda part: -part[1])
+
+
 def limit_causes(band: ErrorBand | RunUpBand, place: int) -> str:
     """Return what widens the limits of a level most, and what narrows them, in words after their name.
 
@@ -153,10 +176,9 @@ def limit_causes(band: ErrorBand | RunUpBand, place: int) -> str:
     Returns text such as ": 97 % from housing (most at 1667 Hz); a finer --fidelity or knobs of fidelity.housing narrow
     it", or of a run-up ", widest at 2947 rpm: …".
     """
-    where, lines = "", band
-    if isinstance(lines, RunUpBand):
-        where, lines = f", widest at {30 / np.pi * lines.input_speed[lines.widest]:.0f} rpm", lines.bands[lines.widest]
-    parts = [(source, float(share[place]), float(frequency[place])) for source, share, frequency in lines.parts]
+    where, parts = "", limit_parts(band, place)
+    if isinstance(band, RunUpBand):
+        where = f", widest at {30 / np.pi * band.input_speed[band.widest_at(place)]:.0f} rpm"
     causes = format_parts(parts)
     return f"{where}: {'; '.join(filter(None, (causes, remedy(parts[0][0])))) if causes else 'narrow'}"
 
@@ -256,14 +278,15 @@ def _opened_at_jumps(band: RunUpBand, origin: Origin, input_speed: FloatArray) -
     margin = JUMP_AT_END * (fastest - slowest)
     ends = {end for _, _, *both in origin.force_accuracy.contact_losses() for end in both}
     jumps = [end for end in ends if slowest + margin < end < fastest - margin]
-    limits = band.limits.copy()
+    limits, opened = band.limits.copy(), []
     for number, part in enumerate(np.array_split(input_speed, len(limits))):
         low, high = float(part.min()), float(part.max())
         reach = 0.5 * (high - low)
         if any(low - reach <= jump <= high + reach for jump in jumps):
             near = band.limits[max(0, number - 1) : number + 2]
             limits[number] = np.stack([near[..., 0].min(axis=0), near[..., 1].max(axis=0)], axis=-1)
-    return replace(band, limits=limits)
+            opened.append(number)
+    return replace(band, limits=limits, opened=tuple(opened))
 
 
 def _middle(instants: Sequence[_Instant]) -> ForceSpectrum:

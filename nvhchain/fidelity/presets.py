@@ -34,7 +34,7 @@ class Fidelity:
     Notes
     -----
     Estimates of options are right to a factor of two (docs/measured/chain/options_decided.md). Their tolerance is
-    therefore half of the error that the preset stands for.
+    therefore at most half of the error that the preset stands for.
     """
 
     name: str

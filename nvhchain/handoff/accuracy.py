@@ -123,7 +123,8 @@ class ForceAccuracy(Accuracy):
 
     def parts_at(self, input_speed: float) -> bool:
         """Return True where flanks part at a speed of the input (rad/s)."""
-        return any(lowest <= input_speed <= highest for _, _, lowest, highest in self.contact_losses())
+        near = 1e-9 * abs(input_speed)  # rounding of a mean
+        return any(low - near <= input_speed <= high + near for _, _, low, high in self.contact_losses())
 
     def doubts(self) -> Iterator[Doubt]:
         """Yield warnings of meshes beyond their laws, and of contact loss under long steps."""

@@ -13,7 +13,7 @@ import numpy as np
 from nvhchain import levels
 from nvhchain.case import GearboxCase
 from nvhchain.chain.result import Result
-from nvhchain.error_band import ErrorBand, RunUpBand, difference_limits, shared_inputs, shared_sources
+from nvhchain.error_band import ErrorBand, RunUpBand, difference_limits, limit_parts, shared_inputs, shared_sources
 from nvhchain.error_band.files import finite
 from nvhchain.files.hdf5 import write_text
 from nvhchain.gear import quasi_static_transmission_error
@@ -221,8 +221,7 @@ def limits(result: Result) -> dict[str, Any]:
 def _other_limits(band: ErrorBand | RunUpBand) -> dict[str, Any]:
     most = int(band.level.argmax())
     level, limits = float(band.level[most]), finite(band.overall[most])
-    lines = band.bands[band.widest] if isinstance(band, RunUpBand) else band
-    return {"level": level, "limits": limits, **_limit_parts(lines, most)}
+    return {"level": level, "limits": limits, **_limit_parts(band, most)}
 
 
 def _sound_limits(result: Result) -> dict[str, Any]:
@@ -244,7 +243,7 @@ def _sound_limits(result: Result) -> dict[str, Any]:
             for speed, level, edges in zip(*windows, strict=True)
         ]
         found["limit_speed_rpm"] = 30 / pi * float(band.input_speed[band.widest])
-        return found | _limit_parts(band.bands[band.widest])
+        return found | _limit_parts(band)
     found["lines"] = [
         {"frequency_hz": float(f), "limits_db": finite(edges)}
         for f, *edges in zip(band.frequency, band.lower[:, 0], band.upper[:, 0], strict=True)
@@ -252,12 +251,12 @@ def _sound_limits(result: Result) -> dict[str, Any]:
     return found | _limit_parts(band)
 
 
-def _limit_parts(band: ErrorBand, place: int = 0) -> dict[str, Any]:
+def _limit_parts(band: ErrorBand | RunUpBand, place: int = 0) -> dict[str, Any]:
     """Return the parts of the limits at a place."""
     return {
         "limit_parts": [
-            {"source": source, "share": float(share[place]), "frequency_hz": float(frequency[place])}
-            for source, share, frequency in band.parts
+            {"source": source, "share": share, "frequency_hz": frequency}
+            for source, share, frequency in limit_parts(band, place)
         ]
     }
 

@@ -332,7 +332,7 @@ def largest_change(before: FloatArray, after: FloatArray) -> float:
 
     before, after (n_speed, n_order): powers; lines are those of all speeds together.
 
-    It is the measure of narrow resonances: nobody knows how strongly walls radiate single lines before the housing is
+    It is the measure of narrow resonances. How strongly walls radiate single lines is unknown before the housing is
     solved.
     """
     first, second = before.sum(axis=0), after.sum(axis=0)

@@ -38,13 +38,16 @@ _NARROW = ("gyroscopic", "gear_body_modes")
 """Options that move narrow resonances: what they do to the whole level says little."""
 
 _QUICK = tuple(name for name in DECIDABLE if name != "gear_body_modes")
-"""Options that take less than a second at a constant speed; gear bodies need finite elements of their own."""
+"""Options that take little time beside mesh laws and a housing; gear bodies need finite elements of their own."""
+
+MESH_OPTIONS = ("friction", "shuttling", "tilt", "gear_body_modes")
+"""Options that the mesh level `contact` cannot have."""
 
 IMPOSSIBLE = "cannot be modelled"
 """Begin of the note of an option that the case does not allow."""
 
 UNKNOWN = "no estimate"
-"""Begin of the note of an option whose effect nobody knows before the run."""
+"""Begin of the note of an option whose effect is unknown before the run."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,8 @@ class OptionEstimate:
     asked: `auto`, `on` or `off` by the case, or the name of the case whose statement it follows.
     modelled: True where the run models it.
     level_db: change of the overall level by modelling it (dB).
-    distance_db: distance of the spectra with and without it (dB), by which it is decided.
+    distance_db: distance of the spectra with and without it (dB), by which it is decided; of narrow resonances the
+    largest change of an order.
     note: reason where there is no estimate; empty where there is one.
     """
 
@@ -207,7 +211,7 @@ def modelled(case: GearboxCase, fidelity: Fidelity) -> Modelling:
     long as the spectrum stays within the tolerance of the start. What is excluded in all is therefore below it. An
     option that takes next to no time stays unless it hardly acts: excluded, it would widen the limits for nothing.
     """
-    return _modelled(case, fidelity.option_tolerance_db)
+    return _modelled(case, fidelity.option_tolerance_db, _solves_contact(fidelity))
 
 
 def modelled_alike(
@@ -234,7 +238,11 @@ def modelled_alike(
         case.name: [
             alone[case.name].case.options,
             *_needed(
-                case, fidelity.option_tolerance_db, tuple(speeds or ()), None if torques is None else tuple(torques)
+                case,
+                fidelity.option_tolerance_db,
+                tuple(speeds or ()),
+                None if torques is None else tuple(torques),
+                _solves_contact(fidelity),
             ),
         ]
         for case in gearboxes
@@ -245,12 +253,16 @@ def modelled_alike(
         values = [getattr(options, name) for case in stated or gearboxes for options in needed[case.name]]
         common[name] = max(values)
         source |= {name: stated[0].name} if stated else {}
-    return {case.name: _alike(case, common, source, fidelity.option_tolerance_db) for case in gearboxes}
+    return {case.name: _alike(case, common, source, fidelity) for case in gearboxes}
 
 
 @lru_cache(maxsize=64)
 def _needed(
-    case: GearboxCase, tolerance: float, speeds: tuple[float, ...], torques: tuple[float, ...] | None
+    case: GearboxCase,
+    tolerance: float,
+    speeds: tuple[float, ...],
+    torques: tuple[float, ...] | None,
+    solves_contact: bool,
 ) -> tuple[Options, ...]:
     """Return the options that a case needs at steady speeds (rad/s), for each torque (N m)."""
     if not speeds or not case.options.undecided:
@@ -259,21 +271,21 @@ def _needed(
     for load in (case.operation.input_torque,) if torques is None else torques:
         with suppress(InputError):  # a state that the case refuses has no level
             state = replace(case, operation=replace(case.operation, input_torque=float(load)))
-            found.append(_chosen(_Estimates(state, speeds), tolerance, _quick(case))[0])
+            found.append(_chosen(_Estimates(state, speeds, solves_contact), tolerance, _quick(case))[0])
     return tuple(found)
 
 
-def _alike(case: GearboxCase, common: Mapping[str, Any], source: Mapping[str, str], tolerance: float) -> Modelling:
+def _alike(case: GearboxCase, common: Mapping[str, Any], source: Mapping[str, str], fidelity: Fidelity) -> Modelling:
     """Return the modelling of a case whose open options take common values where they can."""
-    linear = _estimates(case)
+    linear, tolerance = _estimates(case, _solves_contact(fidelity)), fidelity.option_tolerance_db
     chosen = linear.plain(**{name: common[name] for name in linear.open})
     asked = {name: source.get(name, AUTO) for name in case.options.undecided}
     return _described(linear, chosen, linear.plain(**_switched_on(linear.open)), tolerance, asked)
 
 
 @lru_cache(maxsize=256)
-def _modelled(case: GearboxCase, tolerance: float) -> Modelling:
-    linear = _estimates(case)
+def _modelled(case: GearboxCase, tolerance: float, solves_contact: bool) -> Modelling:
+    linear = _estimates(case, solves_contact)
     chosen, full = _chosen(linear, tolerance, _quick(case))
     return _described(linear, chosen, full, tolerance, dict.fromkeys(case.options.undecided, AUTO))
 
@@ -343,9 +355,14 @@ def _farthest(
 
 
 @lru_cache(maxsize=16)
-def _estimates(case: GearboxCase) -> _Estimates:
+def _estimates(case: GearboxCase, solves_contact: bool) -> _Estimates:
     """Return the spectra of a case, which a comparison takes again."""
-    return _Estimates(case)
+    return _Estimates(case, solves_contact=solves_contact)
+
+
+def _solves_contact(fidelity: Fidelity) -> bool:
+    """Return True where the contact problem is solved in every step, which has no options of the meshes."""
+    return fidelity.dynamics.mesh_level == "contact"
 
 
 def _switched_on(names: Sequence[str]) -> dict[str, Any]:
@@ -353,10 +370,14 @@ def _switched_on(names: Sequence[str]) -> dict[str, Any]:
 
 
 class _Estimates:
-    """Spectra of a linear gearbox by options, each computed once."""
+    """Spectra of a linear gearbox by options, each computed once.
 
-    def __init__(self, case: GearboxCase, speeds: tuple[float, ...] = ()) -> None:
-        self.case, self._linear = case, LinearGearbox(case, speeds)
+    speeds: steady speeds of the input (rad/s) in place of the case's own.
+    solves_contact: True for the mesh level `contact`.
+    """
+
+    def __init__(self, case: GearboxCase, speeds: tuple[float, ...] = (), solves_contact: bool = False) -> None:
+        self.case, self._linear, self._solves_contact = case, LinearGearbox(case, speeds), solves_contact
         self._powers = dict[Options, FloatArray]()
         self._refusals = dict[str, str]()
 
@@ -384,6 +405,8 @@ class _Estimates:
         torque = self.case.operation.input_torque
         if torque == 0.0:
             return f"{UNKNOWN}, since idle gears have no mean load"
+        if self._solves_contact and name in MESH_OPTIONS:
+            return f"{IMPOSSIBLE}: mesh_level = contact solves the contact of gears that stand straight, without it"
         if torque < 0.0 and name in LOADED:
             return f"acts on drive flanks under load, but input_torque = {torque:g} N m"
         if name == "gear_body_modes" and not self._linear.gear_bodies:

@@ -20,6 +20,8 @@ from nvhchain.error_band import (
     Origin,
     RunUpBand,
     error_band,
+    limit_causes,
+    limit_parts,
     run_up_band,
     run_up_force_band,
     save_error_bands,
@@ -171,6 +173,33 @@ def test_parts_with_contact_loss_err_by_it_and_those_where_it_begins_or_ends_may
     for part in (0, 4, 9, 19):
         assert made.limits[part] == pytest.approx(made.bands[part].overall)
     assert lost(rising.input_speed.max()).limits[19] == pytest.approx(made.limits[19])
+    assert made.opened == (6, 7)
+
+
+def test_the_causes_of_limits_are_those_of_their_own_place_and_a_jump_is_contact_loss():
+    frequency, size = np.array([500.0, 1000.0]), np.ones((2, 2))
+    sources = {"housing": np.array([[0.1, 0.01]] * 2) * size, "time step": np.array([[0.01, 0.2]] * 2) * size}
+    steady = ErrorBand(frequency, size, sources, weighted=False)
+    assert limit_causes(steady, 0).startswith(": 98 % from housing")
+    assert "time step (most at 500 Hz); a finer --fidelity or knobs of fidelity.dynamics" in limit_causes(steady, 1)
+    levels = np.array([[60.0, 60.0], [60.0, 80.0]])
+    limits = np.stack([levels - 3.0, levels + 3.0], axis=2)
+    record = RunUpBand(np.array([100.0, 200.0]), levels, limits, (steady, steady))
+    assert limit_causes(record, 1).startswith(", widest at 1910 rpm: 100 % from time step")
+    assert limit_parts(replace(record, opened=(1,)), 1) == [("contact loss", 1.0, 500.0)]
+
+
+def test_contact_loss_at_one_speed_is_found_by_its_mean():
+    """A mean of equal speeds differs by rounding, and the source was lost."""
+    speed = 750.0 * np.pi / 30.0
+    stated = ForceAccuracy(
+        parted=(Label("A–B"),),
+        parted_time=np.array([0.1]),
+        parted_lowest_speed=np.array([speed]),
+        parted_highest_speed=np.array([speed]),
+    )
+    assert all(stated.parts_at(speed * (1.0 + error)) for error in (-1e-14, 0.0, 1e-14))
+    assert not stated.parts_at(1.001 * speed)
 
 
 def test_the_widest_part_is_the_one_that_moves_the_whole_most():

@@ -13,7 +13,7 @@ from nvhchain.case import AUTO, DECIDABLE, PLAIN, Options, Ramp
 from nvhchain.errors import InputError
 from nvhchain.scene import Scene, decided, linear_level, modelled, modelled_alike
 from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
-from nvhchain.scene.modelling import UNKNOWN, Modelling, OptionEstimate, _chosen
+from nvhchain.scene.modelling import MESH_OPTIONS, UNKNOWN, Modelling, OptionEstimate, _chosen
 
 OPEN = Options()
 
@@ -302,6 +302,17 @@ def test_the_gearbox_of_the_thesis_decides_all_its_options(request):
     found = {each.option: each for each in modelled(case, nvh.DRAFT).options}
     assert [found[name].note for name in names] == [""] * 4
     assert found["flexible_shafts"].modelled
+
+
+def test_the_contact_problem_in_every_step_leaves_options_of_meshes_out(small):
+    """Friction of 0.2 dB was chosen, and the run refused what the program itself had decided."""
+    case = replace(small, options=OPEN)
+    fidelity = replace(nvh.DRAFT, dynamics=replace(nvh.DRAFT.dynamics, mesh_level="contact"))
+    for decision in (modelled(case, fidelity), modelled_alike([case], fidelity, [150.0])["single-stage"]):
+        assert set(_on(decision)).isdisjoint(MESH_OPTIONS)
+        assert "flexible_shafts" in _on(decision)
+    assert "cannot be modelled: friction, shuttling, tilt, gear_body_modes" in modelled(case, fidelity).sentences[0]
+    assert "friction" in _on(modelled(case, nvh.DRAFT))
 
 
 def test_options_without_an_estimate_are_not_counted_as_no_decibels(small):

@@ -56,9 +56,7 @@ def blocks(stored: Stored) -> list[Any]:
     )
     remarks = [Text(text) for _, run, _ in heard for text in _contact_loss(run)]
     if all(constant_speed(history.input_speed) for _, _, history in heard):
-        return [
-            Text(f"{note} The mean speed is constant."), *remarks, _mean_levels(numbers, maps), octave_figure(stored),
-        ]  # fmt: skip
+        return [Text(f"{note} The mean speed is constant."), *remarks, _mean_levels(numbers, maps)]
     found: list[Any] = [Text(note), *remarks, _overall(stored, numbers, curves), octave_figure(stored)]
     if len(next(iter(curves.values()))) > 1:
         found.append(_order_cuts(stored, numbers, curves))

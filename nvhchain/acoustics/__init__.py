@@ -29,7 +29,7 @@ if TYPE_CHECKING:
         noise_transfer_functions,
         transfer_pressure,
     )
-    from nvhchain.acoustics.radiation.projection import interpolate_vectors, project
+    from nvhchain.acoustics.radiation.projection import interpolate_vectors
     from nvhchain.acoustics.radiation.radiate import interpolation_error, radiate
     from nvhchain.acoustics.radiation.run_up_sound import convolution_lines, decay_time, run_up_pressure
     from nvhchain.acoustics.radiation.wave_pressure import enclosing_sphere, wave_pressure

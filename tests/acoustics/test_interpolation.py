@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from numpy.polynomial import Chebyshev
 
-from nvhchain.acoustics import interpolate_vectors, interpolation_error, project, radiate, sphere
+from nvhchain.acoustics import interpolate_vectors, interpolation_error, radiate, sphere
+from nvhchain.acoustics.interpolation.nodes import interpolant
 from nvhchain.acoustics.interpolation.rational import Window, window
+from nvhchain.acoustics.radiation.projection import products
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import AcousticsFidelity
@@ -38,30 +40,27 @@ def test_projection_and_vectors_at_lines_give_the_pressure_that_radiate_gives(de
     velocity = SurfaceVelocity(LINES, np.tile(shapes @ amplitude, (len(LINES), 1)), detour.surface)
     pressure = radiate(detour, velocity, fidelity=fidelity).pressure
     scale = np.abs(pressure).max()
-    seen = []
+    seen, smooth = [], interpolant(detour, fidelity)
     for columns in (shapes, shapes + 0j):
-        product = project(detour, columns, LINES, fidelity=fidelity, progress=lambda *step: seen.append(step))
+        product = products(smooth, columns, LINES, len(detour.points), lambda *step: seen.append(step))
         assert np.abs(product @ amplitude - pressure).max() < 1e-12 * scale
     assert seen[1] == (5, 5)
     at = interpolate_vectors(detour, LINES, fidelity=fidelity)
     assert np.abs(np.einsum("fmi,fi->fm", at.vectors, velocity.normal_velocity) - pressure).max() < 1e-12 * scale
 
 
-def test_shapes_of_another_surface_and_lines_outside_the_masters_are_refused(detour, fidelity):
-    with pytest.raises(InputError, match=r"\(80, n_column\) is needed"):
-        project(detour, np.ones((79, 2)), LINES, fidelity=fidelity)
-    with pytest.raises(InputError, match="shapes hold values that are not finite"):
-        project(detour, np.full((80, 1), np.nan), LINES, fidelity=fidelity)
+def test_lines_outside_the_masters_are_refused(detour, fidelity):
     with pytest.raises(InputError, match="outside the master frequencies"):
         interpolate_vectors(detour, [100.0], fidelity=fidelity)
 
 
 def test_results_that_do_not_fit_into_memory_are_refused_before_any_is_computed(detour, fidelity, monkeypatch):
+    smooth = interpolant(detour, fidelity)
     monkeypatch.setattr("psutil.virtual_memory", lambda: type("M", (), {"available": 2**10}))
     with pytest.raises(ResourceError, match="fewer lines"):
         interpolate_vectors(detour, LINES, fidelity=fidelity)
     with pytest.raises(ResourceError, match="fewer lines"):
-        project(detour, np.ones((80, 9)), LINES, fidelity=fidelity)
+        products(smooth, np.ones((80, 9)), LINES, len(detour.points), None)
 
 
 def resonating(frequency, points, poles, body, air):

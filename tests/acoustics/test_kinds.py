@@ -76,7 +76,6 @@ def test_what_users_mistake_is_named_with_the_remedy(call, told):
     ("call", "told"),
     [
         (lambda: acoustics.interpolate_vectors(VECTORS, [np.nan]), "finite and not negative"),
-        (lambda: acoustics.project(VECTORS, np.ones((80, 1)), -5.0), "finite and not negative"),
         (lambda: acoustics.check_mesh(BODY, np.inf, AIR, STANDARD.acoustics), "inf Hz is not finite"),
         (lambda: acoustics.required_element_size(np.inf, AIR, STANDARD.acoustics), "positive and finite"),
         (lambda: acoustics.convolution_lines(1000.0, 100.0, np.inf), "both finite"),

@@ -14,7 +14,6 @@ from nvhchain.acoustics import (
     modal_pressure,
     modal_transfer_vectors,
     noise_transfer_functions,
-    project,
     radiate,
     run_up_pressure,
     transfer_pressure,
@@ -160,12 +159,6 @@ def test_what_was_stated_of_vectors_between_masters_is_stated_of_all_that_is_mad
     velocity = SurfaceVelocity(LINES, np.ones((len(LINES), len(atv.surface.triangles))), atv.surface)
     heard, _ = told(radiate, at, velocity, fidelity=knobs())
     assert 20 * np.log10(1 + np.array(heard.accuracy.interpolation_error)) == pytest.approx(stated)
-
-
-def test_projections_are_warned_of_as_well(air):
-    shapes = np.ones((len(vectors(FEW, air).surface.triangles), 1))
-    with pytest.warns(AccuracyWarning, match=WARNED):
-        project(vectors(FEW, air), shapes, LINES, fidelity=knobs())
 
 
 def test_nothing_is_said_of_vectors_at_their_masters_and_at_0_hz(air):

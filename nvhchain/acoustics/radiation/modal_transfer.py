@@ -75,7 +75,7 @@ def modal_transfer_vectors(
 
     Notes
     -----
-    Beyond the error of the vectors, only interpolation between masters errs (`project`). Its error is relative to the
+    Beyond the error of the vectors, only interpolation between masters errs. Its error is relative to the
     transfer vector of the same line and point. Both are 2-norms over the faces and, with a plane, over the direct and
     the reflected part. This is the mean error of motions that are alike on all faces and random in phase. Motions whose
     parts cancel each other have larger errors; `radiate` estimates them for a surface velocity.

@@ -11,7 +11,7 @@ from nvhchain.acoustics.accuracy.interpolation_error import interpolation_accura
 from nvhchain.acoustics.interpolation.nodes import Interpolant, check_lines, interpolant, line_batches, support
 from nvhchain.acoustics.surfaces.surface import frequency_lines
 from nvhchain.conventions import Progress
-from nvhchain.errors import ResourceError, require
+from nvhchain.errors import ResourceError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, TransferVectors
 from nvhchain.kinds import checked
@@ -56,43 +56,21 @@ def interpolate_vectors(
     )
 
 
-@checked
-def project(
-    atv: TransferVectors,
-    shapes: ArrayLike,
-    frequency: ArrayLike,
-    *,
-    fidelity: AcousticsFidelity = STANDARD.acoustics,
-    progress: Progress | None = None,
+def products(
+    smooth: Interpolant, columns: FloatArray | ComplexArray, lines: FloatArray, points: int, progress: Progress | None
 ) -> ComplexArray:
     """Multiply transfer vectors by shapes at lines between the masters.
 
-    shapes (n_face, n_column): real or complex normal velocity per unit of a column.
-    frequency (n_f,): lines (Hz) within the masters.
+    smooth: interpolant of the transfer vectors.
+    columns (n_face, n_column): real or complex normal velocity per unit of a column.
+    lines (n_f,): lines (Hz) within the masters.
+    points: number of field points, without mirror images.
     progress: function that receives the finished and the total number of lines.
     Returns (n_f, n_point, n_column): pressure (Pa) per unit of a column.
 
     Every line interpolates the vectors first and then multiplies. The removed phase differs from face to face, so that
     the product at the masters is no smooth function of frequency. The result equals `interpolate_vectors` times shapes.
     """
-    lines = frequency_lines(frequency)
-    columns = np.asarray(shapes)
-    faces = len(atv.surface.triangles)
-    require(
-        columns.ndim == 2 and len(columns) == faces,
-        f"shapes have shape {columns.shape}, but ({faces}, n_column) is needed: one row per face of the surface",
-    )
-    require(bool(np.isfinite(columns).all()), "shapes hold values that are not finite: remove or repair them")
-    check_lines(atv.frequency, lines)
-    smooth = interpolant(atv, fidelity)
-    interpolation_accuracy(smooth, atv, lines, fidelity)
-    return products(smooth, columns, lines, len(atv.points), progress)
-
-
-def products(
-    smooth: Interpolant, columns: FloatArray | ComplexArray, lines: FloatArray, points: int, progress: Progress | None
-) -> ComplexArray:
-    """Return the result (n_f, n_point, n_column) of `project` for checked arguments; `points` omits mirror images."""
     check_memory(16 * len(lines) * points * columns.shape[1], "projected transfer vectors")
     real = not np.iscomplexobj(columns)
     product = np.zeros((len(lines), points, columns.shape[1]), dtype=complex)

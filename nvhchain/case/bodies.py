@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, dist, log, pi
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -40,29 +39,6 @@ class Extent:
     unknowns: float = 0.0
     surface: Surface | None = None
     seconds: float = 0.0
-
-
-class Body(Protocol):
-    """A kind of body that a radiator can have.
-
-    `folder` is that of the case. `edge` is the largest edge length (m) for the waves in air.
-    """
-
-    @property
-    def states_surface(self) -> bool:
-        """True where the surface comes from a file, with its elements."""
-
-    def check_above(self, plane: RigidPlane) -> None:
-        """Raise `InputError` where the known dimensions of the body reach through a reflecting plane."""
-
-    def check_outside(self, points: Sequence[FieldPoint]) -> None:
-        """Raise `InputError` where known dimensions of the body enclose field points."""
-
-    def extent(self, folder: Path, edge: float) -> Extent:
-        """Return the size of the body; a surface file is read for it, a sphere is not made."""
-
-    def solved(self, folder: Path, edge: float) -> Surface:
-        """Return the surface of the solution; a file with needles is remeshed with a warning."""
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,6 @@ class Equilibrium:
     misalignment (n_mesh, 2): tilts of each wheel against its pinion (rad), as of `static_misalignment`.
     steps: Newton steps from the unloaded position.
     residual: largest unbalanced force, relative to the load.
-    unbalance: largest sum of forces and moments on a shaft, relative to its largest force or moment.
     """
 
     gearbox: Gearbox
@@ -69,7 +68,6 @@ class Equilibrium:
     misalignment: FloatArray
     steps: int
     residual: float
-    unbalance: float
 
 
 @checked
@@ -161,7 +159,6 @@ def equilibrium(
         np.asarray((assembly.misalignment @ tilted).reshape(-1, 2)),
         settled.steps,
         settled.residual,
-        _unbalance(assembly, outside, seats, loads),
     )
 
 
@@ -234,17 +231,6 @@ class _Seated:
         self.displacement = u
         series = np.linalg.solve((np.eye(len(u)) + self.residual @ stiffness).T, stiffness.T)
         return force, np.asarray(0.5 * (series + series.T))
-
-
-def _unbalance(assembly: Assembly, outside: FloatArray, seats: FloatArray, loads: FloatArray) -> float:
-    """Return the largest sum of forces on a rigid shaft, relative to the largest of its forces."""
-    worst, acting = 0.0, np.asarray(loads.ravel())
-    for first in range(0, 5 * len(assembly.gearbox.shafts), 5):
-        for part in (slice(first, first + 3), slice(first + 3, first + 5)):
-            each = seats[:, part].T * acting
-            size = max(float(np.abs(outside[part]).max()), float(np.abs(each).max(initial=0.0)), LEAST_LOAD)
-            worst = max(worst, float(np.abs(each.sum(axis=1) - outside[part]).max()) / size)
-    return worst
 
 
 def _refusal(gearbox: Gearbox, assembly: Assembly, outside: FloatArray, torque: float, why: str) -> str:

@@ -115,7 +115,7 @@ def one_tooth(model: Model) -> tuple[GearPair, LoadedMesh]:
     lines = contact_lines(pair, PLACE * pair.mesh_period, slices=SLICES)
     on = lines.tooth[WHEEL] == 0
     force = on * (1 + 0.4 * np.sin(1.0 + lines.axial / 3e-3)) * FORCE / on.sum()
-    return pair, LoadedMesh(lines, 0.0, force, np.zeros(len(on)), 0.0, 0.0, (0.0, 0.0), 0.0)
+    return pair, LoadedMesh(lines, 0.0, force, np.zeros(len(on)), 0.0, (0.0, 0.0), 0.0)
 
 
 def cartesian(solid: SolidMesh, field: FloatArray, turn: float = 0.0) -> FloatArray:

@@ -57,7 +57,7 @@ def test_stress_in_the_root_under_a_contact_line_with_friction_is_that_of_calcul
     force = np.array(record["slice_forces"])
     angle = record["mesh_periods"] * pair.mesh_period
     lines = contact_lines(pair, angle, slices=record["slices"])
-    contact = LoadedMesh(lines, 0.0, force, np.zeros(len(force)), 0.0, 0.0, (0.0, 0.0), 0.0)
+    contact = LoadedMesh(lines, 0.0, force, np.zeros(len(force)), 0.0, (0.0, 0.0), 0.0)
     places = [RootElement(**place) for place in record["places"]]
     strain = nodal_force_strain(pair, WHEEL, places, (0,), [contact], fidelity, friction=record["friction"])[0, 0]
     np.testing.assert_allclose(von_mises(strain, wheel.material), record["von_mises"], rtol=1e-6)

@@ -101,9 +101,9 @@ def test_back_flank_carries_what_the_drive_flank_does_not(pair, compliances):
 
 def test_gears_pushed_past_contact_carry_nothing_on_any_slice(pair, compliances):
     engagement = engaged(pair, compliances, 8)
-    lines, forces = engagement.forces(0.1, np.array([-5e-6, -1e-9, 0.0]))
+    _, forces = engagement.forces(0.1, np.array([-5e-6, -1e-9, 0.0]))
     assert not forces.any()
-    assert engagement.residual(lines, -5e-6, forces[0]) == 0.0
+    assert engagement.problem(0.1).residual(-5e-6, forces[0]) == 0.0
 
 
 def test_load_beyond_the_local_formula_is_refused(pair, compliances):
@@ -170,7 +170,8 @@ def test_residual_is_that_of_the_conditions_themselves(pair, compliances):
     law, C = engagement.local_law(lines), engagement.compliance(lines)
     wrong = forces[0].copy()
     wrong[0] += 100.0
-    assert engagement.residual(lines, 20e-6, wrong) > 100.0 * C[0, 0]
-    assert engagement.residual(lines, 20e-6, 0 * wrong) == pytest.approx(20e-6)
+    problem = engagement.problem(0.1)
+    assert problem.residual(20e-6, wrong) > 100.0 * C[0, 0]
+    assert problem.residual(20e-6, 0 * wrong) == pytest.approx(20e-6)
     with pytest.raises(SolverError, match="a slice pulls with 1 N"):
         complementarity_residual(C, np.full(len(wrong), 20e-6), lines.length, law, wrong * 0 - 1.0)

@@ -82,7 +82,7 @@ def test_half_the_layers_of_the_blank_change_little():
         splines = flank_splines(flank_compliance(WHEEL, fidelity, reach=1))
         radius, axial = np.full(9, 0.026), np.linspace(-0.0075, 0.0075, 9)
         total = np.zeros((9, 9))
-        splines.add(total, 0, np.zeros(9, dtype=np.int64), splines.weights(radius, axial))
+        splines.add_common(total, 0, np.zeros(9, dtype=np.int64), splines.weights(radius, axial))
         return total
 
     exact = between(replace(EVEN, width_layers=12))
@@ -106,7 +106,7 @@ def test_blocks_hold_everything_at_the_points_of_the_grid():
     splines = flank_splines(compliance)
     radius, axial = np.full(5, compliance.radius[1]), compliance.axial
     total = np.zeros((5, 5))
-    splines.add(total, 1, np.zeros(5, dtype=np.int64), splines.weights(radius, axial))
+    splines.add_common(total, 1, np.zeros(5, dtype=np.int64), splines.weights(radius, axial))
     np.testing.assert_allclose(total, own[1, 1, :, 1, 1, :], rtol=1e-9)
 
 

@@ -79,7 +79,7 @@ def test_slices_with_friction_meet_without_overlap(alike, angle):
     force = alike.pair.normal_force(100.0)
     mesh = loaded_mesh(alike, angle, force, guess=20e-6, friction=MU)
     assert mesh.residual < 1e-6 * mesh.deflection
-    assert mesh.residual < 1e-3 * alike.residual(mesh.lines, mesh.deflection, mesh.force)  # without friction
+    assert mesh.residual < 1e-3 * alike.problem(angle).residual(mesh.deflection, mesh.force)  # without friction
 
 
 def test_transmission_error_jumps_only_with_friction_and_only_there(alike):

@@ -65,7 +65,7 @@ def contact(share=0.15, sense=1, fidelity=COARSE):
     """Uneven slice forces at a part of a mesh period."""
     lines = contact_lines(pair(sense), share * pair().mesh_period, slices=fidelity.slices)
     force = (500.0 + 200.0 * np.sin(1.0 + lines.axial / 3e-3)) / fidelity.slices
-    return LoadedMesh(lines, 1e-5, force, force, 0.0, 0.0, (0.0, 0.0), 0.0)
+    return LoadedMesh(lines, 1e-5, force, force, 0.0, (0.0, 0.0), 0.0)
 
 
 @cache
@@ -130,7 +130,7 @@ def test_at_the_pitch_point_slices_lie_towards_the_mate():
     lines = contact_lines(straight, 0.0, slices=1)
     force = np.where(lines.tooth[WHEEL] == 0, 100.0, 0.0)
     for gear in (PINION, WHEEL):
-        of = gear_field(straight, gear, LoadedMesh(lines, 1e-5, force, force, 0.0, 0.0, (0.0, 0.0), 0.0), COARSE)
+        of = gear_field(straight, gear, LoadedMesh(lines, 1e-5, force, force, 0.0, (0.0, 0.0), 0.0), COARSE)
         assert of.loaded_teeth == (0,)
         x, y, _ = of.slice_point[of.slice_tooth == 0][0]
         assert np.arctan2(y, x) == pytest.approx(of.mate_direction, abs=3e-4)
@@ -150,7 +150,7 @@ def test_work_of_the_slice_forces_is_the_quadratic_form_of_the_compliance():
         lines, radius=np.stack([lines.radius[0], radius[rows]]), axial=axial[columns], tooth=lines.tooth
     )
     force = 100.0 * np.arange(1.0, count + 1)
-    loaded = LoadedMesh(placed, 1e-5, force, force, 0.0, 0.0, (0.0, 0.0), 0.0)
+    loaded = LoadedMesh(placed, 1e-5, force, force, 0.0, (0.0, 0.0), 0.0)
     of = gear_field(pair(wheel=SOLID_BODY), WHEEL, loaded, fidelity)
     K, _ = stiffness_and_mass(of.nodes, of.elements, of.kind, STEEL, mass=False)
     work = float(of.displacement.ravel() @ (K @ of.displacement.ravel()))

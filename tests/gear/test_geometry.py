@@ -23,7 +23,7 @@ def test_span_over_four_teeth_is_the_textbook_base_tangent_length():
     alpha, m, z, x, k = np.radians(20.0), 3e-3, 25, 0.2, 4
     spur = gear(z, helix=0.0, profile_shift=x)
     base_thickness = 2 * spur.base_radius * float(spur.half_tooth_angle(spur.base_radius))
-    span = (k - 1) * spur.base_pitch + base_thickness
+    span = (k - 1) * 2 * np.pi * spur.base_radius / z + base_thickness
     involute = np.tan(alpha) - alpha
     expected = m * np.cos(alpha) * ((k - 0.5) * np.pi + z * involute) + 2 * x * m * np.sin(alpha)
     assert span == pytest.approx(expected, rel=1e-12)
@@ -95,10 +95,10 @@ def test_depth_ends_on_the_centre_line_surface(helix):
     assert (depth > 0).all()
 
 
-def test_roll_angle_and_radius_are_inverse():
+def test_roll_angle_is_the_length_along_the_line_of_action_over_the_base_radius():
     g = gear()
     radius = np.linspace(g.form_radius, g.tip_circle_radius, 5)
-    np.testing.assert_allclose(g.radius_at(g.roll_angle_at(radius)), radius, rtol=1e-14)
+    np.testing.assert_allclose(g.base_radius * np.hypot(1, g.roll_angle_at(radius)), radius, rtol=1e-14)
 
 
 @pytest.mark.parametrize(

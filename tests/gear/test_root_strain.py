@@ -52,7 +52,7 @@ def meshes(slices=5, shares=(0.15, 0.7)):
     """Uneven slice forces at two angles, parts of a mesh period; tooth 0 of the wheel is left at its root."""
     lines = [contact_lines(pair(), share * pair().mesh_period, slices=slices) for share in shares]
     forces = [(500.0 + 200.0 * np.sin(1.0 + at.axial / 3e-3)) / slices for at in lines]
-    return [LoadedMesh(at, 1e-5, f, f, 0.0, 0.0, (0.0, 0.0), 0.0) for at, f in zip(lines, forces, strict=True)]
+    return [LoadedMesh(at, 1e-5, f, f, 0.0, (0.0, 0.0), 0.0) for at, f in zip(lines, forces, strict=True)]
 
 
 def in_cylindrical_axes(solid, field):
@@ -237,7 +237,7 @@ def test_root_stress_at_the_30_degree_tangent_is_that_of_iso_6336_3():
         lines, tooth=lines.tooth[:, on], radius=radius, axial=lines.axial[on], length=lines.length[on]
     )
     force = 1000.0
-    contact = LoadedMesh(lines, 0.0, np.full(9, force / 9), np.zeros(9), 0.0, 0.0, (0.0, 0.0), 0.0)
+    contact = LoadedMesh(lines, 0.0, np.full(9, force / 9), np.zeros(9), 0.0, (0.0, 0.0), 0.0)
     tooth = int(lines.tooth[WHEEL, 0])
     point = StrainGauge(lines.side, length=0.05e-3, width=1e-3)
     other = StrainGauge(1 - lines.side, length=0.05e-3, width=1e-3)

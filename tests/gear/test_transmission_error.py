@@ -53,7 +53,7 @@ def test_loaded_mesh_balances_the_force_and_shares_it_out(case):
     share = mesh.load_share()
     assert sum(share.values()) == pytest.approx(1.0)
     assert 2 <= len(share) <= 3
-    assert mesh.tangent_stiffness > mesh.secant_stiffness > 0
+    assert mesh.tangent_stiffness > mesh.force.sum() / mesh.deflection > 0
 
 
 def test_pressure_carries_the_line_load(case):

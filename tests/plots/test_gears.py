@@ -30,7 +30,7 @@ PAIR = GearPair(BODY, BODY, centre_distance(GEOMETRY, GEOMETRY))
 def field():
     lines = contact_lines(PAIR, 0.02, slices=4)
     force = np.full(len(lines.axial), 200.0)
-    return gear_field(PAIR, WHEEL, LoadedMesh(lines, 1e-5, force, force, 0.0, 0.0, (0.0, 0.0), 0.0), COARSE)
+    return gear_field(PAIR, WHEEL, LoadedMesh(lines, 1e-5, force, force, 0.0, (0.0, 0.0), 0.0), COARSE)
 
 
 @pytest.mark.parametrize("make", [brick, tetrahedra])

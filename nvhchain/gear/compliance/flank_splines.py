@@ -120,16 +120,12 @@ class FlankSplines:
         """True where all teeth have the same compliance."""
         return len(self.place) == 1
 
-    def add(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
+    def add_common(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
         """Add to `total` (n, n) in m/N the compliance between points on flanks `side` of teeth `tooth` (n,).
 
-        Points of one tooth must follow each other.  Teeth that are absent or too far apart are an InputError.
+        This is the part that stays when all teeth are replaced by others, as many further on; `add_particular` adds the
+        rest.  Points of one tooth must follow each other.  Teeth that are absent or too far apart are an InputError.
         """
-        self.add_common(total, side, tooth, weights)
-        self.add_particular(total, side, tooth, weights)
-
-    def add_common(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
-        """Add the part of `add` that stays when all teeth are replaced by others, as many further on."""
         grid_weights, tooth_weights = weights
         if self.uniform:
             self._couple(self.coefficients[side], self.place, tooth, grid_weights, total)
@@ -137,7 +133,7 @@ class FlankSplines:
             self._couple(self.own[side], _ANY_TOOTH, tooth, tooth_weights, total)
 
     def add_particular(self, total: FloatArray, side: int, tooth: IntArray, weights: FlankWeights) -> None:
-        """Add the rest of `add`, which depends on the teeth."""
+        """Add the rest of the compliance, which depends on the teeth."""
         if not self.uniform:
             self._couple(self.coefficients[side], self.place, tooth, weights[0], total)
 

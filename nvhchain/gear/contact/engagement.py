@@ -295,10 +295,6 @@ class Engagement:
         depths = (lines.depth[0], lines.depth[1])
         return local_law(lines.curvature, depths, materials, edges=lines.edges, held=(pinion, wheel))
 
-    def residual(self, lines: ContactLines, approach: float, force: FloatArray, *, friction: float = 0.0) -> float:
-        """Return `ContactProblem.residual` of slice forces (n,) in N on given lines."""
-        return self._problem_on(lines).residual(approach, force, friction)
-
     def forces_on(self, lines: ContactLines, approach: FloatArray, *, friction: float = 0.0) -> FloatArray:
         """Return `ContactProblem.forces` (n_case, n) in N on given lines."""
         return self._problem_on(lines).forces(approach, friction)

@@ -27,7 +27,6 @@ def drawn_deviations(
     seed: int,
     drives: bool = True,
     angle: float | None = None,
-    first_tooth: int = 0,
 ) -> GearDeviations:
     """Draw the deviations of one gear that uses its tolerances up.
 
@@ -35,7 +34,6 @@ def drawn_deviations(
     seed: number of the draw; the same number gives the same gear.
     drives: True for a pinion, whose eccentricity moves its drive flanks as the other flanks of a wheel.
     angle: angle of the eccentricity (rad), as in `GearDeviations`; drawn by default.
-    first_tooth: tooth at the pitch point at time 0.
 
     The pitch is an eccentricity, a sine over one turn, plus white noise from tooth to tooth. Both are scaled until the
     largest single pitch deviation is f_pT and the cumulative one F_pT, as far as F_rT allows. Slopes are those of the
@@ -65,7 +63,7 @@ def drawn_deviations(
             pitch, profile, limits.profile_form * even, helix, limits.helix_form * even, waves[0], waves[1]
         )
 
-    return GearDeviations(flanks(noise), flanks(other), eccentricity, angle, first_tooth=first_tooth)
+    return GearDeviations(flanks(noise), flanks(other), eccentricity, angle)
 
 
 def _scaled_pitch(limits: FlankTolerances, noise: FloatArray, wave: FloatArray) -> tuple[FloatArray, float]:

@@ -239,11 +239,6 @@ class GearGeometry:
         return self.face_width / self.normal_module
 
     @property
-    def base_pitch(self) -> float:
-        """Transverse base pitch p_bt = 2π r_b / z (m)."""
-        return 2 * np.pi * self.base_radius / self.teeth
-
-    @property
     def tip_circle_radius(self) -> float:
         """Tip radius in use (m)."""
         if self.tip_radius is not None:
@@ -316,10 +311,6 @@ class GearGeometry:
     def roll_angle_at(self, radius: ArrayLike) -> FloatArray:
         """Return the roll angle tan α_r (rad) of the flank at `radius` (m)."""
         return np.tan(self.pressure_angle_at(radius))
-
-    def radius_at(self, roll_angle: ArrayLike) -> FloatArray:
-        """Return the radius (m) of the flank at `roll_angle` (rad)."""
-        return self.base_radius * np.hypot(1.0, np.asarray(roll_angle, float))
 
     def half_tooth_angle(self, radius: ArrayLike) -> FloatArray:
         """Return the angle ψ (rad) from the tooth's centre line to its involute at `radius` (m).

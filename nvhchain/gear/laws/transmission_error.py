@@ -92,7 +92,7 @@ class LoadedMesh:
     deflection: δ (m).
     force (n,): force of each slice (N).
     pressure (n,): Hertzian maximum pressure 2q/(πL) (Pa).
-    tangent_stiffness, secant_stiffness: dF/dδ and F/δ along the normal (N/m), F the sum of normal forces.
+    tangent_stiffness: dF/dδ along the normal (N/m), F the sum of normal forces.
     torque: torque into the pinion and out of the wheel (N m), friction included.
     residual: residual of the complementarity problem (m): gap of loaded slices or overlap of others, whichever is
         larger.
@@ -103,7 +103,6 @@ class LoadedMesh:
     force: FloatArray
     pressure: FloatArray
     tangent_stiffness: float
-    secant_stiffness: float
     torque: tuple[float, float]
     residual: float
 
@@ -176,7 +175,6 @@ def load_problem(
                 forces[0],
                 pressure,
                 stiffness,
-                normal[0] / probe[0],
                 (pinion_torque, wheel_torque),
                 problem.residual(float(probe[0]), forces[0], bending),
             )

@@ -195,12 +195,6 @@ class OctaveBands:
     middle: FloatArray
     level: FloatArray
 
-    @property
-    def edges(self) -> FloatArray:
-        """Lower and upper edges (n_band, 2) in Hz."""
-        half = 10.0 ** (3.0 / (20.0 * self.fraction))
-        return np.asarray(np.stack([self.middle / half, self.middle * half], axis=1))
-
 
 @checked
 def octave_bands(

@@ -83,12 +83,6 @@ class RigModes:
     twist: FloatArray
     energy: FloatArray
 
-    @property
-    def other_side_share(self) -> FloatArray:
-        """Twist of the mesh that twists less, over the sum of both meshes' twists; shape (3,)."""
-        mesh = np.abs(self.twist[:2])
-        return np.asarray(mesh.min(axis=0) / mesh.sum(axis=0))
-
 
 @checked
 def rig_modes(rig: TorsionalRig) -> RigModes:

@@ -53,11 +53,6 @@ class SweepResponse:
         """True where the drive flanks separate (n_f, n_pair); always False without backlash."""
         return (self.half_backlash > 0.0) & (self.lowest < self.half_backlash)
 
-    @property
-    def hits_back_flank(self) -> np.ndarray:
-        """True where the motion crosses the whole backlash (n_f, n_pair)."""
-        return (self.half_backlash > 0.0) & (self.lowest < -self.half_backlash)
-
 
 @dataclass(frozen=True, eq=False)
 class RunUp:

@@ -40,11 +40,6 @@ class Table:
             for line in lines
         )
 
-    def markdown(self) -> str:
-        """Return a pipe table for GitHub."""
-        rule = ("---", *("---:" for _ in self.header[1:]))
-        return "\n".join("| " + " | ".join(line) + " |" for line in (self.header, rule, *self.rows))
-
     def csv(self) -> str:
         """Return comma-separated values by RFC 4180, with ASCII minus signs and empty cells for absent values."""
         buffer = io.StringIO()

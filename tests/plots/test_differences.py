@@ -36,13 +36,11 @@ def test_csv_has_ascii_minus_signs_and_empty_cells_for_absent_values():
     assert table.csv().isascii()
 
 
-def test_text_markdown_and_csv_hold_the_same_cells():
+def test_text_and_csv_hold_the_same_cells():
     table = difference_table(CONFIGURATIONS)
     cells = [list(row) for row in (table.header, *table.rows)]
     plain = [[cell.replace("–", "").replace("−", "-") for cell in row] for row in cells]
     assert list(csv.reader(io.StringIO(table.csv(), newline=""))) == plain
-    pipes = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.markdown().splitlines()]
-    assert [pipes[0], *pipes[2:]] == cells
     lines = table.text().splitlines()
     assert len({len(line) for line in lines}) == 1
     assert len(lines) == len(cells)

@@ -184,11 +184,6 @@ class Structure:
         return not any(items)
 
     @property
-    def elements(self) -> int:
-        """Number of shells and beams."""
-        return sum(len(shells.nodes) for shells in self.shells) + sum(len(beams.nodes) for beams in self.beams)
-
-    @property
     def used(self) -> IntArray:
         """Nodes of all items, rising."""
         found = [shells.nodes.ravel() for shells in self.shells] + [beams.nodes.ravel() for beams in self.beams]

@@ -101,11 +101,6 @@ class ErrorBand:
         )
 
     @property
-    def pressure(self) -> FloatArray:
-        """Amplitudes (n_f, n_point) of a pressure (Pa)."""
-        return self.amplitude
-
-    @property
     def downward(self) -> dict[str, FloatArray]:
         """Error downwards of every source."""
         return {name: self.falls.get(name, error) for name, error in self.sources.items()}

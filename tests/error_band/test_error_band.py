@@ -64,7 +64,7 @@ def test_a_coarse_housing_is_wrong_at_its_resonances_and_less_so_when_it_is_fine
     coarse = of(case, DRAFT, housing, parts)
     finer = housing.replace(accuracy=HousingAccuracy([0.0005, 0.001, 0.002]))
     fine = of(case, DRAFT, finer, parts)
-    relative = (coarse.falls["housing"] / coarse.pressure).max(axis=1)
+    relative = (coarse.falls["housing"] / coarse.amplitude).max(axis=1)
     assert relative[LINES == 1000.0] > 5 * relative[LINES == 300.0]
     assert (fine.falls["housing"].max(axis=1) < 0.3 * coarse.falls["housing"].max(axis=1)).all()
 
@@ -75,11 +75,11 @@ def test_at_a_resonance_a_moved_mode_lowers_the_sound_and_hardly_raises_it(case,
     (at,) = np.flatnonzero(LINES == 1000.0)
     up, down = made.sources["housing"][at], made.falls["housing"][at]
     assert (down > 5 * up).all()
-    assert (COVERAGE * down < made.pressure[at]).all()
+    assert (COVERAGE * down < made.amplitude[at]).all()
     _, _, vectors, forces = parts
     for share in (-1.9, 1.9):
         other = radiate(vectors, respond(shifted(housing, share), forces), fidelity=DRAFT.acoustics)
-        assert (np.abs(other.pressure[at]) >= made.pressure[at] - 1.05 * COVERAGE * down).all()
+        assert (np.abs(other.pressure[at]) >= made.amplitude[at] - 1.05 * COVERAGE * down).all()
 
 
 def test_the_sound_of_a_housing_whose_modes_are_off_by_what_its_mesh_leaves_open_lies_in_the_band(case, housing, parts):
@@ -135,7 +135,7 @@ def test_forces_are_uncertain_where_the_transmission_error_is_weak_and_open_wher
     """At the strongest harmonic the law's error; at one of a hundredth more, up to the square of the first, which
     excites the second too; nothing is known at a line that nothing excites."""
     made = of(case, DRAFT, housing, meshing, [mesh_law([1e-6, 1e-8])])
-    first, weak, none = (made.sources["gear"] / made.pressure)[:, 0]
+    first, weak, none = (made.sources["gear"] / made.amplitude)[:, 0]
     error = AMPLIFICATION * contact_error(case.gears[1].geometry, DRAFT.gear, np.ones(1))[0]
     assert first == pytest.approx(error, rel=0.1)
     assert 5 * error < weak < 100 * error
@@ -374,7 +374,7 @@ def test_power_of_the_modes_is_uncertain_as_the_velocity_is_where_one_mode_radia
     modal = power_band(Origin(case, DRAFT, **common), power, radiation_resistance=resistance)
     plain = power_band(Origin(case, DRAFT, **common), power, velocity=respond(breathing, forces))
     assert modal.sources["housing"] == pytest.approx(plain.sources["housing"], rel=0.1)
-    assert modal.pressure == pytest.approx(20e-6 * np.sqrt(2 * power.power / 1e-12)[:, None])
+    assert modal.amplitude == pytest.approx(20e-6 * np.sqrt(2 * power.power / 1e-12)[:, None])
 
 
 def test_forces_are_open_where_modes_were_left_out_without_their_statics(case, housing, meshing):
@@ -405,7 +405,7 @@ def test_a_cheap_level_of_radiation_is_less_certain_the_smaller_the_body_is_agai
     for radiation in ("rayleigh", "equivalent_radiated_power"):
         cheap = replace(DRAFT, acoustics=replace(DRAFT.acoustics, radiation=radiation))
         made = error_band(Origin(case, cheap), pressure, velocity)
-        relative = (made.sources["radiation"] / made.pressure)[:, 0]
+        relative = (made.sources["radiation"] / made.amplitude)[:, 0]
         for line, found in zip(LINES, relative, strict=True):
             with pytest.warns(AccuracyWarning, match=f"{radiation.replace('_', ' ')} at "):
                 told = level_accuracy(velocity.surface, np.array([line]), case.air, radiation)

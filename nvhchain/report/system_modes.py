@@ -86,7 +86,7 @@ def report_modes(
 
 def _limited(modes: SystemModes, top: float) -> SystemModes:
     kept = int(np.searchsorted(modes.frequency, top, side="right"))
-    rows = ("frequency", "damping", "kinetic", "strain", "bearing_motion", "plane_motion", "housing_motion")
+    rows = ("frequency", "damping", "kinetic", "strain", "plane_motion", "housing_motion")
     return replace(modes, **{name: getattr(modes, name)[:kept] for name in rows})
 
 

@@ -38,8 +38,6 @@ class SystemModes:
     strain_parts: names of the columns of `strain`: meshes, bearings, flexible shafts, housing.
     strain (n, n_part): shares of the strain energy; rows add up to 1. A coupled stiffness, such as that of a seat, may
         give a negative share.
-    bearing_motion (n, n_bearing, 3): displacement of the shafts in their bearings along x, y, z for a modal mass of 1
-        kg.
     plane_motion (n, n_plane, 6): translations and rotations of cross-sections along x, y, z (m, rad), for a modal mass
         of 1 kg.
     housing_motion (n, n_mode): modal coordinates of the housing, for a modal mass of 1 kg.
@@ -53,7 +51,6 @@ class SystemModes:
     kinetic: FloatArray
     strain_parts: tuple[str, ...]
     strain: FloatArray
-    bearing_motion: ComplexArray
     plane_motion: ComplexArray
     housing_motion: ComplexArray
 
@@ -105,7 +102,6 @@ def system_modes(
     kinetic_parts, kinetic = _kinetic(assembly, shapes)
     strain_parts, strain = _strain(assembly, contact, shapes)
     size = np.abs(eigenvalue)
-    moved = (assembly.bearing_map @ shapes)[assembly.bearings.translations]
     return SystemModes(
         input_speed,
         input_torque,
@@ -115,7 +111,6 @@ def system_modes(
         kinetic,
         strain_parts,
         strain,
-        moved.T.reshape(len(size), -1, 3),
         np.moveaxis(_plane_motion(assembly, planes) @ shapes, 2, 0),
         shapes[5 * len(gearbox.shafts) : assembly.waves.start - len(assembly.elastic_shaft)].T,
     )

@@ -54,8 +54,9 @@ def skin_sources(nodes: FloatArray, facets: IntArray, face_size: float) -> tuple
     return places, sp.csr_matrix(gather @ facet_flux(nodes, facets))
 
 
-def source_power(flux: ComplexArray, places: FloatArray, frequency: float, air: Air = Air()) -> FloatArray:  # noqa: B008
+def source_power(flux: ComplexArray, places: FloatArray, frequency: float) -> FloatArray:
     """Return the mean power (n,) W of volume velocities `flux` (p, n) m³/s (peak) at `places` (p, 3) m, free field."""
+    air = Air()
     k = 2 * np.pi * frequency / air.speed_of_sound
     reach = float(np.linalg.norm(places - places.mean(axis=0), axis=1).max())
     # |Σ|² holds spherical harmonics up to twice the degree of the field, which is k·reach and a few more

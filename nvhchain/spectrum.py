@@ -302,7 +302,7 @@ def sweep_waterfall(records: Sequence[BearingForces], quantity: str = "force", *
     Parameters
     ----------
     records : sequence of BearingForces
-        Periodic records at different constant speeds, such as those of `dynamics.steady_sweep`.
+        Periodic records at different constant speeds, such as those of `dynamics.bearing_forces`.
     quantity : str
         Name of a quantity of `BearingForces.recorded`.
     high : float

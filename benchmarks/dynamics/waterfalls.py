@@ -62,10 +62,13 @@ def sweeps(folder: Path) -> dict[str, dict[str, Waterfall]]:
     laws, housing = operators(folder)
     found: dict[str, dict[str, Waterfall]] = {"N": {}, "µrad": {}}
     for name in ("solid", "slotted"):
-        records = dynamics.steady_sweep(
-            gearbox_of(name), laws[name], housing, input_speeds=SPEEDS, input_torque=TORQUE, f_max=5000.0,
-            fidelity=DynamicsFidelity(1e-5, settle_level=1e-4),
-        )  # fmt: skip
+        records = [
+            dynamics.bearing_forces(
+                gearbox_of(name), laws[name], housing, input_speed=speed, input_torque=TORQUE, f_max=5000.0,
+                fidelity=DynamicsFidelity(1e-5, settle_level=1e-4),
+            )
+            for speed in SPEEDS
+        ]  # fmt: skip
         force = sweep_waterfall(records, "force", high=last)
         error = sweep_waterfall(records, "output_lag", high=last)
         found["N"][name] = replace(force, amplitude=force.amplitude[:, :, 2:4, :2])

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from nvhchain.dynamics.runs.mesh_orders import order_forces
     from nvhchain.dynamics.runs.recording import Recording, record_run_up
     from nvhchain.dynamics.runs.run_up_record import run_up, run_up_with_error
-    from nvhchain.dynamics.runs.steady import bearing_forces, steady_sweep
+    from nvhchain.dynamics.runs.steady import bearing_forces
     from nvhchain.dynamics.runs.system_modes import SystemModes, system_modes
     from nvhchain.dynamics.time_loop.equilibrium import Equilibrium, equilibrium
     from nvhchain.dynamics.time_loop.mesh_levels import ContactForce

@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from nvhchain.dynamics import steady_sweep
+from nvhchain.dynamics import bearing_forces
 from nvhchain.dynamics.time_loop.mesh_levels import ContactLoop
 from nvhchain.dynamics.time_loop.simulation import advance, quasi_static_state, simulation
 from nvhchain.errors import InputError, SolverError
@@ -106,16 +106,16 @@ def test_mean_force_is_the_integral_over_the_way_and_its_slope_a_derivative():
 def test_steady_runs_at_contact_level_have_the_table_s_orders(make_gearbox, make_laws):
     forces, laws = _pair(make_laws)
     found = [
-        steady_sweep(
+        bearing_forces(
             make_gearbox(damping=20_000.0),
             laws,
             None,
-            input_speeds=[SPEED],
+            input_speed=SPEED,
             input_torque=250.0,
             f_max=2000.0,
             fidelity=DynamicsFidelity(4e-5, mesh_level=level, settle_level=1e-3, contact_residual=1e-11),
             contact_forces=forces,
-        )[0].force
+        ).force
         for level in ("table", "contact")
     ]
     assert not np.array_equal(*found)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
 from math import ceil, gcd, inf, isfinite, lcm, log, pi
 from typing import Unpack
 
@@ -155,38 +153,6 @@ def bearing_forces(
     made = made.replace(accuracy=accuracy, error_names=gearbox.transmission_error_names)
     warn_or_refuse(made.accuracy)
     return made
-
-
-@one_blas_thread
-@checked
-def steady_sweep(
-    gearbox: Gearbox,
-    mesh_laws: Sequence[MeshLaw],
-    housing: ReducedHousing | None,
-    *,
-    input_speeds: Sequence[float],
-    executor: Executor | None = None,
-    progress: Progress | None = None,
-    **load: Unpack[Load],
-) -> tuple[BearingForces, ...]:
-    """Return the record of `bearing_forces` at each of several speeds, each from its own quasi-static start.
-
-    input_speeds: speeds of the input (rad/s).
-    executor: executor of the speeds. Other processes take only `contact_forces` that can be pickled.
-    progress: called with the speeds done and in all.
-    Returns records in the order of the speeds.
-    """
-    require(len(input_speeds) > 0, "input_speeds holds no speed: give one or more, rad/s")
-    settled = partial(bearing_forces, gearbox, mesh_laws, housing, **load)
-    tell, records = progress if progress is not None else _silent, []
-    for record in (executor.map if executor else map)(partial(_forces_of_speed, settled), input_speeds):
-        records.append(record)
-        tell(len(records), len(input_speeds))
-    return tuple(records)
-
-
-def _forces_of_speed(settled: Callable[..., BearingForces], speed: float) -> BearingForces:
-    return settled(input_speed=speed)
 
 
 @dataclass(frozen=True, eq=False)

@@ -86,7 +86,8 @@ class OptionEstimate:
             return f"{self.option} {how}: {self.note}"
         effect = f"{number_text(self.level_db, '+.1f')} dB"
         if self.distance_db - abs(self.level_db) > 0.05:
-            effect += f", its orders by {self.distance_db:.1f} dB"
+            what = "one order" if self.option in _NARROW else "its orders"
+            effect += f", {what} by {self.distance_db:.1f} dB"
         if self.stated and not self.modelled and self.distance_db > tolerance_db:
             return f"{self.option} {how}, would change the sound: {effect}"
         return f"{self.option} {how}: {effect}"

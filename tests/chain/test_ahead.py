@@ -19,6 +19,7 @@ from nvhchain.cli import main
 from nvhchain.cli.console import Console
 from nvhchain.errors import InputError
 from nvhchain.files.result_cache import ResultCache
+from nvhchain.gear import ThinRim
 from nvhchain.runtime import processes
 from nvhchain.scene import decided, linear_level, modelled_alike, modelling
 from nvhchain.scene.kept import estimates_kept
@@ -203,6 +204,17 @@ def test_laws_of_gears_that_the_housing_tilts_are_made_by_the_other_process_and_
         assert process.wait(timeout=60) == 0
     made = {path.name.split("-")[0] for path in tmp_path.glob("*.h5")}
     assert {"flank_flexibility", "housing", "mesh_law_stage"} <= made
+
+
+def test_modes_of_gear_bodies_are_made_by_the_other_process(case, coarse, tmp_path):
+    pinion, wheel = case.gears
+    thin = replace(wheel, blank=ThinRim(2e-3, 0.018, 0.034))
+    vibrating = replace(case, gears=(pinion, thin), options=replace(case.options, gear_body_modes=True))
+    with processes.start_python("-m", "nvhchain.chain.prefetch", stdin=processes.PIPE) as process:
+        pickle.dump(([vibrating], coarse, tmp_path, [], []), process.stdin)
+        process.stdin.flush()
+        assert process.wait(timeout=60) == 0
+    assert len(list(tmp_path.glob("body_modes-*.h5"))) == 1
 
 
 def test_a_housing_that_nothing_needs_is_not_made(case, coarse, tmp_path, monkeypatch, worth):

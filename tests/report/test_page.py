@@ -5,6 +5,7 @@ import json
 import re
 import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import plotly.graph_objects
@@ -15,6 +16,7 @@ from nvhchain.cli import main
 from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, FieldPressure, ForceSpectrum, PressureHistory, SurfaceVelocity
 from nvhchain.report import run_up, write_page
+from nvhchain.report.page.sections.lines import octaves
 from nvhchain.report.page.sections.speed.run_up import _limits
 from nvhchain.report.page.tables import page_tables
 from nvhchain.report.run_up import Curve, main_orders
@@ -343,6 +345,19 @@ def test_run_up_shows_levels_orders_and_maps(tmp_path):
     assert order["name"] == "order 20 (stage1 × 1)"
     size = np.hypot(unpacked(order["real"]), unpacked(order["imag"]))
     assert np.median(size) == pytest.approx(1.0, abs=0.01)
+
+
+def test_third_octaves_on_the_page_are_a_weighted_for_lines_and_records():
+    """A tone of 1 Pa at 315 Hz: 91.0 dB less 6.6 dB(A)."""
+    time = np.arange(8000) / 4000.0
+    place, speed = [[0, 0, 1]], np.full(8000, 100.0)
+    history = PressureHistory(time, place, np.sin(2 * np.pi * 315.0 * time)[:, None], speed)
+    lines = FieldPressure([315.0], place, [[1.0 + 0j]])
+    for run in (SimpleNamespace(pressure=lines), SimpleNamespace(pressure=None, pressure_history=history)):
+        found = octaves._third_octaves(run)
+        assert found.level.max() == pytest.approx(90.97 - 6.65, abs=0.1)
+        assert found.middle[found.level.argmax()] == pytest.approx(316.2, abs=0.1)
+    assert octaves._third_octaves(SimpleNamespace(pressure=None, pressure_history=None)) is None
 
 
 def test_record_at_constant_speed_has_mean_levels_and_no_figures_over_speed(tmp_path):

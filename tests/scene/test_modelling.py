@@ -11,7 +11,7 @@ import nvhchain as nvh
 from nvhchain import dynamics, gear
 from nvhchain.case import AUTO, DECIDABLE, PLAIN, Options, Ramp
 from nvhchain.errors import InputError
-from nvhchain.scene import Scene, decided, linear_level, modelled, modelled_alike
+from nvhchain.scene import Scene, decided, linear_level, modelled, modelled_alike, option_lines
 from nvhchain.scene.linear_level import LinearGearbox, level_change, spectral_distance
 from nvhchain.scene.modelling import MESH_OPTIONS, UNKNOWN, Modelling, OptionEstimate, _chosen
 
@@ -313,6 +313,17 @@ def test_the_contact_problem_in_every_step_leaves_options_of_meshes_out(small):
         assert "flexible_shafts" in _on(decision)
     assert "cannot be modelled: friction, shuttling, tilt, gear_body_modes" in modelled(case, fidelity).sentences[0]
     assert "friction" in _on(modelled(case, nvh.DRAFT))
+
+
+def test_the_seconds_of_an_option_are_those_of_its_steps(small):
+    """Gears that the load tilts take the balance of their stage; rigid shafts without friction take nothing more."""
+    seconds = {
+        line.split()[0]: float(line.rsplit("; ", 1)[1].split()[0])
+        for line in option_lines(small, nvh.DRAFT)
+        if line.endswith(" s")
+    }
+    assert seconds["loaded_misalignment"] == pytest.approx(0.3, abs=0.05)
+    assert seconds["gyroscopic"] == 0.0
 
 
 def test_options_without_an_estimate_are_not_counted_as_no_decibels(small):

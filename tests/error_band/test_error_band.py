@@ -434,6 +434,12 @@ def test_a_summary_holds_the_limits_of_lines_and_of_speeds(case, housing, parts,
     assert set(told["other_quantities"]) == {"bearing_forces", "surface_velocity"}
     band = steady.error_bands["surface_velocity"]
     assert told["other_quantities"]["surface_velocity"]["limits"][1] == pytest.approx(band.overall[0, 1])
+    (source, share, frequency), *_ = band.parts
+    assert told["other_quantities"]["surface_velocity"]["limit_parts"][0] == {
+        "source": source,
+        "share": pytest.approx(share[0]),
+        "frequency_hz": frequency[0],
+    }
     ramp = replace(case.operation, input_speed=157.0, ramp=Ramp(220.0, 2.0))
     history = PressureHistory(
         rising.time, POINTS, 0.1 * rising.force[:, 0, :2], rising.input_speed
